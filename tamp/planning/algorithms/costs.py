@@ -122,15 +122,15 @@ class Costs:
 
     def of_move(self, schema: ActionSchema) -> int:
         """What the search pays for an action of any arguments: the least that it may cost, or what is guessed."""
-        if self.unit:
-            return self._rounded(1.0)
-        if self._guessing and self._fine:
+        if self.unit or (self._guessing and self._fine):
             return self._rounded(self._guessed(schema))
         least = sum(term if isinstance(term, int | float) else self._least(str(term[0])) for term in schema.cost or ())
         return self._rounded(least)
 
     def of_move_between(self, schema: ActionSchema, binding: dict[str, int]) -> int:
         """What the search pays for an action of which only some arguments are known."""
+        if self.unit:
+            return self._rounded(1.0)
         return self._rounded(sum(self._term_between(term, binding) for term in schema.cost or ()))
 
     def _term_between(self, term: int | float | Pattern, binding: dict[str, int]) -> float:
@@ -147,6 +147,8 @@ class Costs:
 
     def _guessed(self, schema: ActionSchema) -> float:
         """What an action is guessed to cost, whatever its arguments are."""
+        if self.unit:
+            return 1.0
         return sum(term if isinstance(term, int | float) else self._guess(str(term[0])) for term in schema.cost or ())
 
     def of_hope(self, test: Instance) -> int:

@@ -64,6 +64,7 @@ def improve(session: Session) -> None:
         _try_again(session, sampling.calls + again)
         _draw_below(session, searching + worth // 4, sampling.calls + anew)
         if session.costs.unit:
+            _search_near(session, session.searches.work + worth, sampling.calls + anew)
             return
         _choose_anew(session, sampling.calls + anew)
         cost = session.found.cost
@@ -99,16 +100,15 @@ def _try_again(session: Session, most: int) -> None:
 
 
 def _draw_below(session: Session, enough: int, most: int) -> None:
-    """Where the best plan was found among real values, draw from all streams once more, and search below its cost.
+    """Where the best plan was found among real values, draw from all streams again, and search below its cost.
 
     Values that a cheaper plan needs may have been missing by chance. Nothing is drawn where streams would be called
     more often than `most` times in all; there is less work of searches than `enough` in all.
     """
-    skeleton = session.found.skeleton
-    if skeleton is None or skeleton.leaves_open:
-        return
-    calls = session.sampling.calls + sum(i.unfinished for i in session.knowledge.instances())
-    if calls < most and session.rounds.expand(tests=True):
+    while (skeleton := session.found.skeleton) is not None and not skeleton.leaves_open:
+        calls = session.sampling.calls + sum(i.unfinished for i in session.knowledge.instances())
+        if calls >= most or session.searches.work >= enough or not session.rounds.expand(tests=True):
+            return
         _search_below(session, enough, sure=True)
 
 

@@ -137,7 +137,8 @@ class Searches:
             return None
         bound = bound if below is None else min(bound, below)
         with self._stopwatch.timed("search"):
-            result = self._symbolic.improve(task, self._limits.left_to_search, bound, scope.among is not None)
+            near, best = scope.among is not None, self._found.best or ()
+            result = self._symbolic.improve(task, self._limits.left_to_search, bound, near, best)
         self._count(task, result)
         self._limits.check()
         return result.plan

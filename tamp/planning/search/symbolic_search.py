@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 import reprlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
 
 from tamp import clock
 from tamp.errors import PartError, TampError, told
+from tamp.planning.binding.attempt import BoundStep
 from tamp.planning.grounding.ground_task import GroundTask
 from tamp.planning.grounding.grounder import Grounder
 from tamp.planning.grounding.task_builder import Blame, Scope, TaskBuilder
@@ -20,7 +21,7 @@ from tamp.planning.sampling.evaluation import Evaluator
 from tamp.planning.search.attached import Attached, search_attached
 from tamp.planning.search.best_first import Search, SearchResult
 from tamp.planning.search.elimination import eliminate, reaches
-from tamp.planning.search.windows import improve_windows
+from tamp.planning.search.windows import cost, improve_windows, seen_as
 
 SEARCH_S = 2.0
 """Processor time of the first search before more is sampled instead; doubled each time that it was not enough [s]."""
@@ -130,29 +131,44 @@ class SymbolicSearch:
         shorter = eliminate(task, result.plan)
         return replace(result, plan=shorter if attached.allow(shorter, task) else result.plan)
 
-    def improve(self, task: GroundTask, left: float, bound: int, near: bool = False) -> SearchResult:
+    def improve(
+        self, task: GroundTask, left: float, bound: int, near: bool = False, best: Iterable[BoundStep] = ()
+    ) -> SearchResult:
         """Look for a plan that costs less than `bound`, for a moment, or for two and then in windows of that plan.
+
+        Where none is found, windows of the best plan are searched, for as much work again.
 
         Args:
             task: what `task` gave.
             left: of the run's time [s].
             bound: the cost at which a plan is of no use any more.
             near: whether what the search sees is like the best plan, so that more comes of it.
+            best: the actions of that plan.
 
         Raises:
             TampError: where the search returned something else than a SearchResult.
         """
         deadline = clock.now() + left
         result = self._searched(task, left, bound, IMPROVING_S * (1 + near))
-        if not near or result.plan is None:
+        plan, most = result.plan, math.inf
+        if near and plan is None and result.timed_out:
+            plan, most = seen_as(task, ((step.schema, step.binding) for step in best)), result.states
+        if not near or plan is None:
             return result
+        looked = 0
 
         def search(part: GroundTask, least: int) -> SearchResult:
+            nonlocal looked
             rest = deadline - clock.now()
-            return self._searched(part, rest, least, IMPROVING_S) if rest > 0.0 else SearchResult(None)
+            if rest <= 0.0 or looked >= most:
+                return SearchResult(None)
+            found = self._searched(part, rest, least, IMPROVING_S)
+            looked += found.states
+            return found
 
-        better = improve_windows(task, result.plan, search)
-        return replace(better, states=better.states + result.states)
+        better = improve_windows(task, plan, search)
+        worth = better.plan is not None and cost(better.plan) < bound
+        return replace(better, plan=better.plan if worth else None, states=better.states + result.states)
 
     def _theirs(self, task: GroundTask, left: float, bound: int | None, effort: float) -> SearchResult:
         """What a search from outside finds, once it is known to be what it says.

@@ -6,10 +6,11 @@ From the state before a window to what the rest of the plan needs there may be a
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from tamp.planning.grounding.ground_task import GroundTask, TaskOperator
+from tamp.planning.model.normal_form import ActionSchema
 from tamp.planning.search.best_first import SearchResult, Space
 from tamp.planning.search.elimination import eliminate, reaches, relevant_axioms
 
@@ -56,6 +57,44 @@ def improve_windows(task: GroundTask, plan: Plan, search: Callable[[GroundTask, 
                 break
             length, start, in_vain = length + length // 2, 0, 0
     return SearchResult(plan, states=count)
+
+
+def seen_as(task: GroundTask, steps: Iterable[tuple[ActionSchema, dict[str, int]]]) -> Plan | None:
+    """A plan of actions as a task has it, with its moves where they are operators of no action; None where it has not.
+
+    Args:
+        task: what is searched.
+        steps: the actions and their bindings, of which those that the task leaves out are passed over.
+    """
+    own: dict[tuple[str, tuple[tuple[str, int], ...]], int] = {}
+    for number, op in enumerate(task.operators):
+        if op.source is not None:
+            own.setdefault((op.source.schema.name, tuple(sorted(op.source.binding.items()))), number)
+    moves = [number for number, op in enumerate(task.operators) if op.source is None]
+    space, plan = Space(task), list[TaskOperator]()
+    state = space.close(sum(1 << atom for atom in task.initial))
+
+    def go_on(wanted: Callable[[int], bool]) -> bool:
+        nonlocal state
+        if wanted(state):
+            return True
+        for move in (m for m in moves if space.applicable(m, state)):
+            after = space.close(space.apply(move, state))
+            if wanted(after):
+                plan.append(task.operators[move])
+                state = after
+                return True
+        return False
+
+    for schema, binding in steps:
+        number = own.get((schema.name, tuple(sorted(binding.items()))))
+        if number is None:
+            continue
+        if not go_on(lambda before, wanted=number: space.applicable(wanted, before)):
+            return None
+        plan.append(task.operators[number])
+        state = space.close(space.apply(number, state))
+    return tuple(plan) if go_on(space.is_goal) else None
 
 
 def cost(plan: Plan) -> int:

@@ -118,6 +118,15 @@ def test_what_a_shorter_plan_wants_may_come_in_the_next_round():
     assert solve(problem, algorithm="incremental", timeout=20.0).cost == 1.0
 
 
+@pytest.mark.parametrize("seed", [0, 7])
+def test_moves_count_in_what_a_shorter_plan_may_take(seed):
+    """A plan's moves, which the search leaves out, counted nothing in its bound: no plan was below it but of 16."""
+    problem = packing(2, (4.0, 1.0), {"left": (-1.0, 5.5), "right": (2.5, 30.0)})
+    solution = solve(problem, algorithm="incremental", timeout=20.0, seed=seed)
+    check(problem, solution)
+    assert len(solution.plan) == 12
+
+
 def test_known_values_are_left_open_where_a_plan_is_tried_again():
     """Plans of values that were all known took the turns of those that had something to choose: 13 actions."""
     rng = np.random.default_rng(5)

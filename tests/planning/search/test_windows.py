@@ -1,9 +1,13 @@
 """Long plans get cheaper part by part, and what does not fit together is not taken."""
 
+from dataclasses import replace
+
 from tamp.planning.grounding.ground_task import GroundTask, TaskEffect, TaskOperator
+from tamp.planning.grounding.operators import GroundOperator
+from tamp.planning.model.normal_form import ActionSchema, Condition
 from tamp.planning.search.best_first import BuiltinSearch, SearchResult
 from tamp.planning.search.elimination import reaches
-from tamp.planning.search.windows import WINDOW, cost, improve_windows
+from tamp.planning.search.windows import WINDOW, cost, improve_windows, seen_as
 
 
 def operator(positive, adds, deletes=(), cost=1):
@@ -60,3 +64,19 @@ def test_a_plan_that_cannot_get_cheaper_is_searched_through_a_few_times_only():
 
     better = improve_windows(task(steps, (count,), count + 1), tuple(steps), vain)
     assert better.plan == tuple(steps) and better.states == len(asked) <= 24
+
+
+def test_a_plan_is_seen_with_the_moves_that_a_task_has_in_place_of_actions():
+    go = [ActionSchema(name, ("?x",), Condition(), (), None) for name in ("take", "put", "walk")]
+
+    def acting(schema, value, positive, adds):
+        source = GroundOperator(schema, {"?x": value}, (), (), (), (), (), (), False)
+        return replace(operator(positive, adds), source=source)
+
+    take, put = acting(go[0], 7, [1], [3]), acting(go[1], 8, [2, 3], [4])
+    there, on = operator([0], [1], [0]), operator([1], [2], [1])
+    whole = task((take, put, there, on), (4,), 5)
+    steps = [(go[2], {"?x": 1}), (go[0], {"?x": 7}), (go[2], {"?x": 2}), (go[1], {"?x": 8})]
+    assert seen_as(whole, steps) == (there, take, on, put)
+    assert seen_as(whole, steps[:3]) is None  # the goal is not reached
+    assert seen_as(whole, steps[2:]) is None  # more than a move is missing
