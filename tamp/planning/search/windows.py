@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from functools import partial
 
 from tamp.planning.grounding.ground_task import GroundTask, TaskOperator
 from tamp.planning.model.normal_form import ActionSchema
@@ -87,13 +88,13 @@ def seen_as(task: GroundTask, steps: Iterable[tuple[ActionSchema, dict[str, int]
         return False
 
     for schema, binding in steps:
-        number = own.get((schema.name, tuple(sorted(binding.items()))))
-        if number is None:
+        known = own.get((schema.name, tuple(sorted(binding.items()))))
+        if known is None:
             continue
-        if not go_on(lambda before, wanted=number: space.applicable(wanted, before)):
+        if not go_on(partial(space.applicable, known)):
             return None
-        plan.append(task.operators[number])
-        state = space.close(space.apply(number, state))
+        plan.append(task.operators[known])
+        state = space.close(space.apply(known, state))
     return tuple(plan) if go_on(space.is_goal) else None
 
 
