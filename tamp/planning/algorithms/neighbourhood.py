@@ -31,7 +31,7 @@ class Neighbourhood:
         self._values: dict[int, None] = {}
         self._apart: dict[int, bool] = {}
         for step in session.found.best or ():
-            values = set(step.binding.values())
+            values = {h for h in step.binding.values() if not self._is_momentary(h)}
             self._values.update(dict.fromkeys(values))
             self._used.update((i, n) for h in values for i, n in self._givers(h) if values.issuperset(i.inputs))
         self._used.update((i, n) for handle in self._values for i, n in self._givers(handle)[:1])
@@ -64,7 +64,7 @@ class Neighbourhood:
                 session.rounds.ask_first((instance,), most)
 
     def operators(self) -> frozenset[GroundOperator]:
-        """Actions with its values; what is only hoped for is none."""
+        """Actions with its values; what is only hoped for is none, but of streams with fluents, asked in each state."""
         return frozenset(op for op in self._session.grounder.operators if self._fit(op.binding.values()))
 
     def _fit(self, values: Collection[int]) -> bool:
@@ -74,6 +74,11 @@ class Neighbourhood:
 
     def _fits(self, handle: int, together: set[int]) -> bool:
         """Whether a value is of the neighbourhood beside others; what they give of it counts before what else does."""
+        if not self._session.objects.is_real(handle):
+            origin: Instance | None = self._session.objects.origin(handle)
+            return origin is not None and bool(origin.external.fluents) and self._fit(origin.inputs)
+        if self._is_momentary(handle):
+            return False
         near = [giver for giver in self._givers(handle) if together.issuperset(giver[0].inputs)]
         return any(self._stands(i, n) for i, n in near) if near else self._holds(handle)
 
@@ -92,6 +97,11 @@ class Neighbourhood:
                 self._apart[pending.pop()] = real or any(kept)
             opened.add(at)
         return self._apart[handle]
+
+    def _is_momentary(self, handle: int) -> bool:
+        """Whether a value came from a stream with fluents: what that certifies holds in the state that it was told."""
+        source = self._session.knowledge.source(handle)
+        return source is not None and bool(source.external.fluents)
 
     def _givers(self, handle: int) -> list[tuple[Instance, int]]:
         """The streams that gave a value, with the number of the result; none for one of the problem."""

@@ -97,13 +97,17 @@ def test_facts_of_a_wild_stream_make_a_plan_possible(algorithm):
     assert [action.args for action in solution.plan] == [("a", "a2")], str(solution.report)
 
 
-@pytest.mark.parametrize("algorithm", ["adaptive", "focused"])
-def test_a_stream_is_asked_where_none_of_its_fluents_holds(algorithm):
+@pytest.mark.parametrize("algorithm", ["adaptive", "focused", "incremental"])
+@pytest.mark.parametrize("priced", [False, True])
+def test_a_stream_is_asked_where_none_of_its_fluents_holds(algorithm, priced):
+    """What it gave in the state of the first plan was taken for granted where a cheaper one was looked for."""
     streams = """(define (stream s) (:stream make :inputs (?x) :domain (Thing ?x) :fluents (Dirty) :outputs (?y)
         :certified (and (Made ?x ?y) (Nice ?y))))"""
     clean = from_stream_map({"make": from_fn(lambda x, fluents: None if fluents else ("clean",))})
     init = [("Thing", "a"), ("Dirty", "a")]
-    problem = Problem(domain=DOMAIN, streams=streams, samplers=clean, init=init, goal=("Done", "a"))
+    cost = "(and (not (Dirty ?x)) (increase (total-cost) 5))"
+    domain = DOMAIN.replace(":effect (not (Dirty ?x))", f":effect {cost}") if priced else DOMAIN
+    problem = Problem(domain=domain, streams=streams, samplers=clean, init=init, goal=("Done", "a"))
     solution = solve(problem, algorithm=algorithm, timeout=20.0)
     assert [action.name for action in solution.plan] == ["wash", "use"], str(solution.report)
 
