@@ -107,6 +107,8 @@ def load(text_or_path: PDDL, name: str) -> Text:
     Raises:
         DomainError: where there is no such file, it is not text, or it is too large.
     """
+    if isinstance(text_or_path, str) and not text_or_path.strip():
+        raise DomainError(f"the {name} text is empty: expected PDDL, or where a file of it lies")
     if isinstance(text_or_path, str) and ("(" in text_or_path or "\n" in text_or_path):
         source = Text(name, text_or_path)
     elif isinstance(text_or_path, str | Path):

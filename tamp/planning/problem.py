@@ -138,12 +138,19 @@ class StreamInfo:
     def __post_init__(self) -> None:
         if self.overhead is not None:
             object.__setattr__(self, "cost", self.overhead)
+        without = [name for name in ("opt_gen_fn", "effort", "effort_fn") if getattr(self, name) is not None]
+        for name in ("p_success", "cost"):
+            if callable(getattr(self, name)):  # of the inputs
+                without.append(f"{name} as a function")
+                object.__setattr__(self, name, 1.0)
         if self.p_success is None:
             object.__setattr__(self, "p_success", 1.0)
-        without = [name for name in ("opt_gen_fn", "effort", "effort_fn") if getattr(self, name) is not None]
+        for name in ("p_success", "cost", "bound"):
+            if not isinstance(getattr(self, name), numbers.Real):
+                raise DomainError(f"StreamInfo: {name} must be a number, found {getattr(self, name)!r}")
         if without:
             names = ", ".join(without)
-            message = f"StreamInfo: without effect here: {names}; p_success and overhead are what is looked at"
+            message = f"StreamInfo: without effect here: {names}; numbers for p_success and overhead are looked at"
             warnings.warn(message, DomainWarning, stacklevel=3)
         if not 0.0 <= self.p_success <= 1.0:
             raise DomainError(f"StreamInfo: p_success must lie in [0, 1], found {self.p_success!r}")

@@ -66,6 +66,9 @@ def test_what_cannot_be_loaded(tmp_path):
     for path in (tmp_path, tmp_path / "absent.pddl", binary, "a\0b", "x" * 5000):
         with pytest.raises(DomainError, match="cannot read the domain file"):
             load(path, "domain")
+    for empty in ("", "  "):
+        with pytest.raises(DomainError, match="the domain text is empty: expected PDDL, or where a file of it lies"):
+            load(empty, "domain")
     with pytest.raises(DomainError, match="must be PDDL text, a path, or a list of those, not int"):
         load(5, "domain")
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from functools import partial
 from itertools import count
 from math import inf
 from typing import Any
@@ -19,6 +18,7 @@ from tamp.errors import DomainError
 from tamp.language import PDDL, parse_domain, parse_problem
 from tamp.planning.keywords import WILD, PDDLProblem, PlanConstraints, problem_of
 from tamp.planning.pddlstream.not_ported import NOT_PORTED
+from tamp.planning.pddlstream.positions import by_position
 from tamp.planning.pddlstream.satisfaction import (
     Minimize,
     SatisfactionProblem,
@@ -93,7 +93,6 @@ from tamp.planning.pddlstream.scripts import (
     write,
 )
 from tamp.planning.problem import Certificate, Problem, Solution, StreamInfo
-from tamp.planning.solve import solve
 from tamp.planning.wrappers import (
     DEBUG,
     SHARED_DEBUG,
@@ -165,13 +164,18 @@ INF = inf
 
 ALGORITHMS = ["incremental", *FOCUSED_ALGORITHMS]
 
-solve_adaptive = partial(solve, algorithm="adaptive")
-solve_binding = partial(solve, algorithm="binding")
-solve_focused = partial(solve, algorithm="focused")
-solve_abstract = partial(solve, algorithm="abstract")
-solve_incremental = partial(solve, algorithm="incremental")
-solve_exhaustive = partial(solve, algorithm="incremental")
-solve_serialized = partial(solve, algorithm="serialized")
+_FOCUSED = ("constraints", "stream_info", "replan_actions")
+_INCREMENTAL = ("constraints", "unit_costs", "success_cost", "max_iterations", "max_time", "max_memory")
+_ANY = ("algorithm", *_FOCUSED, "unit_costs", "success_cost", "max_time", "max_iterations", "max_memory")
+
+solve = by_position("solve", _ANY)
+solve_adaptive = by_position("solve_adaptive", _FOCUSED, algorithm="adaptive")
+solve_binding = by_position("solve_binding", _FOCUSED, algorithm="binding")
+solve_focused = by_position("solve_focused", _FOCUSED, algorithm="focused")
+solve_abstract = by_position("solve_abstract", _FOCUSED, algorithm="abstract")
+solve_incremental = by_position("solve_incremental", _INCREMENTAL, algorithm="incremental")
+solve_exhaustive = by_position("solve_exhaustive", _INCREMENTAL, algorithm="incremental")
+solve_serialized = by_position("solve_serialized", _FOCUSED, algorithm="serialized")
 
 
 def classical_problem(domain: PDDL, problem: PDDL) -> Problem:

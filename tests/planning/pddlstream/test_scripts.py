@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 
 import pytest
 
-from tamp.errors import DomainWarning
+from tamp.errors import DomainError, DomainWarning
 from tamp.planning import pddlstream
 from tamp.planning.pddlstream import (
     And,
@@ -16,6 +17,7 @@ from tamp.planning.pddlstream import (
     Not,
     Or,
     PDDLProblem,
+    PlanConstraints,
     StreamInfo,
     from_fn,
     list_from_conjunction,
@@ -93,6 +95,36 @@ def test_without_streams_and_with_all_of_them():
         assert solve_immediate(known, max_time=20).plan == plan
         plan, *_ = solve_exhaustive(problem, stream_info=info, max_time=20)
         assert [(name, args) for name, args in plan] == [("pick", ("cup", 1))]
+
+
+@pytest.mark.parametrize(
+    ("solver", "given"),
+    [
+        ("solve", ["focused", PlanConstraints(), {}, set(), True, math.inf, 20]),
+        ("solve_focused", [PlanConstraints(), {}, set()]),
+        ("solve_adaptive", [PlanConstraints()]),
+        ("solve_incremental", [PlanConstraints(), True, math.inf, math.inf, 20]),
+        ("solve_exhaustive", []),
+    ],
+)
+def test_solvers_take_arguments_in_their_order_of_there(solver, given):
+    problem = PDDLProblem(DOMAIN, {}, STREAMS, {"sample": from_fn(lambda x: (1,))}, [("Thing", "cup")], ("Held", "cup"))
+    solve = getattr(pddlstream, solver)
+    plan, cost, _ = solve(problem, *given)
+    assert len(plan) == cost == 1
+    with pytest.raises(TypeError, match=f"{solver}: constraints: given by position and by name"):
+        solve(problem, *given, *[None] * (2 - len(given)), constraints=None)
+    with pytest.raises(TypeError, match=f"{solver}: by position there are: problem, .*; found 21 arguments"):
+        solve(problem, *range(20))
+
+
+@pytest.mark.parametrize("option", ["p_success", "overhead"])
+def test_what_is_known_of_streams_are_numbers(option):
+    with pytest.warns(DomainWarning, match="without effect here: (p_success|cost) as a function"):
+        info = StreamInfo(**{option: lambda *inputs: 0.5})
+    assert (info.p_success, info.cost) == (1.0, 1.0)
+    with pytest.raises(DomainError, match=r"StreamInfo: (p_success|cost) must be a number, found 'often'"):
+        StreamInfo(**{option: "often"})
 
 
 def test_names_that_only_must_exist():
