@@ -80,3 +80,10 @@ def test_a_plan_is_seen_with_the_moves_that_a_task_has_in_place_of_actions():
     assert seen_as(whole, steps) == (there, take, on, put)
     assert seen_as(whole, steps[:3]) is None  # the goal is not reached
     assert seen_as(whole, steps[2:]) is None  # more than a move is missing
+
+
+def test_a_plan_may_come_out_shorter_than_a_window():
+    steps = [operator([i], [i + 1], [i], 10) for i in range(WINDOW)]
+    leap = operator([0], [WINDOW], [0])
+    whole = task((*steps, leap), (WINDOW,), WINDOW + 1)
+    assert improve_windows(whole, tuple(steps), search).plan == (leap,)
