@@ -118,7 +118,7 @@ def _unzip(source: Path, folder: Path, limits: Uploads, name: str) -> None:
             raise PackageError(f"{name}: holds more than {limits.files} files and folders")
         with zipfile.ZipFile(source) as archive:
             entries = archive.infolist()
-            targets = _checked(name, entries, limits)
+            targets = _checked(name, entries, limits, source.stat().st_size)
             total = 0
             for entry, target in zip(entries, targets, strict=True):
                 if not entry.is_dir():
@@ -148,8 +148,8 @@ def _directory_size(source: Path, name: str) -> int:
     return int.from_bytes(tail[at + 12 : at + 16], "little")
 
 
-def _checked(name: str, entries: Sequence[zipfile.ZipInfo], limits: Uploads) -> list[PurePosixPath]:
-    """Where each entry goes; nothing has been written yet. Folders are made, and count, as files do."""
+def _checked(name: str, entries: Sequence[zipfile.ZipInfo], limits: Uploads, size: int) -> list[PurePosixPath]:
+    """Where each entry of a zip of a size [bytes] goes; nothing has been written yet. Folders count as files do."""
     _within(name, sum(entry.file_size for entry in entries), len(entries), limits)
     seen: dict[str, str] = {}
     folders: set[PurePosixPath] = set()
@@ -165,6 +165,8 @@ def _checked(name: str, entries: Sequence[zipfile.ZipInfo], limits: Uploads) -> 
             wrong = f"has a name of more than {LONGEST_PART} bytes"
         elif stat.S_IFMT(mode) not in (0, stat.S_IFREG, stat.S_IFDIR):
             wrong = "is a link or a device"
+        elif not 0 <= entry.header_offset < size:
+            wrong = "is said to be outside of the file, which is damaged"
         elif entry.flag_bits & 1:
             wrong = "is encrypted"
         elif entry.compress_type not in PACKINGS:

@@ -31,6 +31,7 @@ LIMITED += (
     "come_and_go",
     "fills_sockets",
     "hides_sockets",
+    "many_mappings",
     "page_tables",
     "odd_names",
     "prints_slowly",
@@ -70,7 +71,9 @@ def test_is_stopped_and_named(path: Path, sandbox: Sandbox, tmp_path: Path) -> N
     assert ending.message.isprintable(), "what a solution says goes to terminals and pages"
 
 
-@pytest.mark.parametrize("name", ["come_and_go", "fills_sockets", "hides_sockets", "page_tables", "odd_names"])
+@pytest.mark.parametrize(
+    "name", ["come_and_go", "fills_sockets", "hides_sockets", "many_mappings", "page_tables", "odd_names"]
+)
 def test_memory_is_seen_without_control_groups(
     name: str, sandbox: Sandbox, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -114,6 +117,20 @@ def test_what_would_not_run_is_told_so(run: str, sandbox: Sandbox, tmp_path: Pat
     (tmp_path / "solution.py").write_text(f"class Solution:\n    {run}\n")
     ending, _ = run_in(sandbox, tmp_path / "solution.py", tmp_path / "run")
     assert "Solution.run is a coroutine or a generator" in ending.message
+
+
+def test_may_wait_for_several_things_and_lock_whole_files(sandbox: Sandbox, tmp_path: Path) -> None:
+    """What libraries do: where `epoll` is refused, Python waits by `poll`."""
+    (tmp_path / "solution.py").write_text(
+        "import asyncio, fcntl, subprocess, sys\n\nasync def both():\n"
+        "    return await asyncio.gather(asyncio.sleep(0.01, 1), asyncio.to_thread(lambda: 2))\n\n"
+        "class Solution:\n    def run(self, goal, robot):\n"
+        "        assert asyncio.run(both()) == [1, 2]\n"
+        "        fcntl.flock(open('/tmp/file', 'w'), fcntl.LOCK_EX)\n"
+        "        assert subprocess.run(['true'], capture_output=True).returncode == 0\n"
+    )
+    ending, output = run_in(sandbox, tmp_path / "solution.py", tmp_path / "run")
+    assert ending.reason == "finished", output
 
 
 def test_reaches_no_socket_without_a_path(sandbox: Sandbox, tmp_path: Path) -> None:

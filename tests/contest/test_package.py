@@ -165,3 +165,13 @@ def test_any_bytes_are_refused_in_a_sentence(data: bytes) -> None:
         source.write_bytes(data)
         with pytest.raises(PackageError):
             unpack(source, Path(name) / "out", SMALL)
+
+
+def test_an_entry_that_is_said_to_stand_before_the_file_is_refused(tmp_path: Path) -> None:
+    """Python asks the system for such a place, whose refusal looks as if the server's disk had failed."""
+    whole = _zip(tmp_path / "whole.zip", {"solution.py": CODE}).read_bytes()
+    place = whole.rindex(b"PK\5\6") + 16  # where the directory is said to begin; entries are moved by what is wrong
+    source = tmp_path / "damaged.zip"
+    source.write_bytes(whole[:place] + struct.pack("<I", 1 << 12) + whole[place + 4 :])
+    with pytest.raises(PackageError, match=r"'solution\.py' is said to be outside of the file"):
+        unpack(source, tmp_path / "out")

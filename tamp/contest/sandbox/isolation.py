@@ -13,6 +13,12 @@ from typing import Literal, Protocol
 COUNTS_BY_NAMESPACE = (5, 14)
 """The first version of Linux that holds RLIMIT_NPROC against the processes of a user in a namespace."""
 
+MOST_PENDING = 1024
+"""Timers and signals that wait; the kernel counts them for the server's user, who has none left when all are used."""
+
+DEVICES = ("null", "zero", "full", "random", "urandom")
+"""What there is of /dev inside; programs of their own in this folder repeat it."""
+
 Reason = Literal[
     "finished", "raised", "died", "time", "processor", "idle", "wall", "memory", "processes", "output", "protocol",
     "start",
@@ -85,6 +91,7 @@ class Limits:
             "RLIMIT_DATA": self.memory_mb << 20,
             "RLIMIT_FSIZE": self.scratch_mb << 20,
             "RLIMIT_NOFILE": 256,
+            "RLIMIT_SIGPENDING": MOST_PENDING,
         }
         # Older kernels count the user's processes everywhere; and of root's, none counts.
         if isolated and _release() >= COUNTS_BY_NAMESPACE:

@@ -26,6 +26,9 @@ END_S = 5.0
 MOST_FILES = 100_000
 """In a temporary folder; an empty one takes a kilobyte of the kernel's memory, which no process is charged for."""
 
+MAPPING_BYTES = 256
+"""What the kernel keeps of each mapping of a process's memory, however small; no process is charged for it."""
+
 QUEUE = Path("/proc/sys/net/core/wmem_default")
 """What a socket may hold of what was sent and not read [bytes]: memory that no process is charged for."""
 
@@ -199,7 +202,7 @@ def usage(pids: Sequence[int], spent: Spent) -> tuple[int, float, int]:
     """Processes and threads, processor time [s] with that of children that have ended, and memory [bytes].
 
     Memory that processes share counts once: their proportional set sizes are added, the kernel's tables of their pages,
-    and for each socket as much as its queue may hold.
+    its notes of their mappings, and for each socket as much as its queue may hold.
 
     Args:
         pids: processes.
@@ -242,8 +245,10 @@ def _files_made(pid: int) -> int:
 
 
 def _memory(pid: int) -> int:
-    """A process's share of memory, what is swapped out and the tables of its pages included [bytes]."""
-    return (_number(pid, "smaps_rollup", b"Pss:", b"SwapPss:") + _number(pid, "status", b"VmPTE:")) << 10
+    """A process's share of memory, what is swapped out and the tables of its pages and mappings included [bytes]."""
+    mappings = Path(f"/proc/{pid}/maps").read_bytes().count(b"\n")
+    pages = _number(pid, "smaps_rollup", b"Pss:", b"SwapPss:") + _number(pid, "status", b"VmPTE:")
+    return (pages << 10) + mappings * MAPPING_BYTES
 
 
 def _number(pid: int, file: str, *fields: bytes) -> int:

@@ -2,14 +2,15 @@
 
 Namespaces do not reach everything: keys in the kernel's keyrings stay when a process has gone and are seen by the next
 one; sockets to the machine that a virtual machine runs on know no network namespace; memory in files without a name, in
-pages lent to pipes and in sets of rules counts for nobody. A filter in the language of the Berkeley packet filter
-refuses these calls with EPERM. What sockets there are lie between a solution's own processes, with queues of the usual
-length.
+pages lent to pipes, in locks and in sets of rules counts for nobody; descriptors that epoll waits for count for the
+server's own user. A filter in the language of the Berkeley packet filter refuses these calls with EPERM. What sockets
+there are lie between a solution's own processes, with queues of the usual length.
 """
 
 from __future__ import annotations
 
 import errno
+import fcntl
 import os
 import socket
 from collections.abc import Mapping
@@ -33,6 +34,11 @@ SO_SNDBUFFORCE = 32
 QUEUES = (socket.SO_SNDBUF, SO_SNDBUFFORCE)
 """Options of sockets that make their queues longer than `tamp.contest.sandbox.process` takes them to be."""
 
+LOCKS = (6, 7, 37, 38, fcntl.F_SETLEASE, fcntl.F_NOTIFY)
+"""Commands of fcntl by which the kernel keeps something for a part of a file: F_SETLK, F_SETLKW, F_OFD_SETLK(W), ..."""
+
+PR_SET_SECCOMP = 22
+
 NEW = {
     "io_uring_setup": 425, "io_uring_enter": 426, "io_uring_register": 427, "open_tree": 428, "move_mount": 429,
     "fsopen": 430, "fsconfig": 431, "fsmount": 432, "fspick": 433, "pidfd_getfd": 438, "mount_setattr": 442,
@@ -50,6 +56,7 @@ class Machine:
         refused: name -> number of each call that is refused.
         sockets: numbers of socket and socketpair.
         options: number of setsockopt.
+        control: numbers of fcntl and prctl.
         highest: calls from this number on are of another convention, and refused; None where there is none.
     """
 
@@ -57,6 +64,7 @@ class Machine:
     refused: Mapping[str, int]
     sockets: tuple[int, int]
     options: int
+    control: tuple[int, int]
     highest: int | None = None
 
 
@@ -68,32 +76,35 @@ MACHINES: Mapping[str, Machine] = MappingProxyType(
                 "shmget": 29, "semget": 64, "msgget": 68, "ptrace": 101, "syslog": 103, "personality": 135,
                 "pivot_root": 155, "chroot": 161, "acct": 163, "mount": 165, "umount2": 166, "swapon": 167,
                 "swapoff": 168, "reboot": 169, "init_module": 175, "delete_module": 176, "quotactl": 179,
-                "io_setup": 206, "mq_open": 240, "kexec_load": 246, "add_key": 248, "request_key": 249, "keyctl": 250,
+                "io_setup": 206, "epoll_create": 213, "mq_open": 240, "kexec_load": 246, "add_key": 248,
+                "request_key": 249, "keyctl": 250,
                 "inotify_init": 253, "migrate_pages": 256, "unshare": 272, "vmsplice": 278, "move_pages": 279,
-                "inotify_init1": 294,
+                "epoll_create1": 291, "inotify_init1": 294,
                 "perf_event_open": 298, "fanotify_init": 300, "open_by_handle_at": 304, "setns": 308,
                 "process_vm_readv": 310, "process_vm_writev": 311, "kcmp": 312, "finit_module": 313,
-                "memfd_create": 319, "kexec_file_load": 320, "bpf": 321, "userfaultfd": 323, **NEW,
+                "seccomp": 317, "memfd_create": 319, "kexec_file_load": 320, "bpf": 321, "userfaultfd": 323, **NEW,
             },
             (41, 53),
             54,
+            (72, 157),
             highest=0x40000000,
         ),
         "aarch64": Machine(
             0xC00000B7,
             {
-                "io_setup": 0, "inotify_init1": 26, "umount2": 39, "mount": 40, "pivot_root": 41, "chroot": 51,
-                "quotactl": 60, "vmsplice": 75, "acct": 89, "personality": 92, "unshare": 97, "kexec_load": 104,
+                "io_setup": 0, "epoll_create1": 20, "inotify_init1": 26, "umount2": 39, "mount": 40,
+                "pivot_root": 41, "chroot": 51, "quotactl": 60, "vmsplice": 75, "acct": 89, "personality": 92, "unshare": 97, "kexec_load": 104,
                 "init_module": 105, "delete_module": 106, "syslog": 116, "ptrace": 117, "reboot": 142, "mq_open": 180,
                 "msgget": 186, "semget": 190, "shmget": 194, "add_key": 217, "request_key": 218, "keyctl": 219,
                 "swapon": 224, "swapoff": 225, "migrate_pages": 238, "move_pages": 239, "perf_event_open": 241,
                 "fanotify_init": 262,
                 "open_by_handle_at": 265, "setns": 268, "process_vm_readv": 270, "process_vm_writev": 271,
-                "kcmp": 272, "finit_module": 273, "memfd_create": 279, "bpf": 280, "userfaultfd": 282,
+                "kcmp": 272, "finit_module": 273, "seccomp": 277, "memfd_create": 279, "bpf": 280, "userfaultfd": 282,
                 "kexec_file_load": 294, **NEW,
             },
             (198, 199),
             208,
+            (25, 167),
         ),
     }
 )  # fmt: skip
@@ -128,4 +139,13 @@ def call_filter(machine: str | None = None) -> list[Instruction]:
         *refused, (RETURN, 0, 0, ALLOW), (RETURN, 0, 0, REFUSE),
     ]  # fmt: skip
     of_options = [(EQUAL, 0, len(asked), known.options), *asked]
-    return [*program, *of_sockets, *of_options, (RETURN, 0, 0, ALLOW)]
+    commands, settings = known.control
+    of_control = [*_without(commands, 1, LOCKS), *_without(settings, 0, (PR_SET_SECCOMP,))]
+    return [*program, *of_sockets, *of_options, *of_control, (RETURN, 0, 0, ALLOW)]
+
+
+def _without(call: int, place: int, values: tuple[int, ...]) -> list[Instruction]:
+    """Refuse a call where its argument at a place is one of some values, and allow it else."""
+    refused = [(EQUAL, len(values) - index, 0, value) for index, value in enumerate(values)]
+    asked = [(LOAD, 0, 0, ARGUMENTS[place]), *refused, (RETURN, 0, 0, ALLOW), (RETURN, 0, 0, REFUSE)]
+    return [(EQUAL, 0, len(asked), call), *asked]
