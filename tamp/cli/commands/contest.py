@@ -249,8 +249,10 @@ def serve(options: argparse.Namespace) -> int:
     passed += ["--sandbox", options.sandbox] if options.sandbox else []
     passed += ["--no-isolation"] if options.no_isolation else []
     workers = [service.worker_command(options.data, options.database, passed)] * options.workers
-    print(f"http://{options.host}:{options.port}", file=options.out)
-    service.serve(options.data, options.database, options.host, options.port, workers)
+    listening = service.listen(options.host, options.port)
+    host = f"[{options.host}]" if ":" in options.host else options.host
+    print(f"http://{host}:{listening.getsockname()[1]}", file=options.out)
+    service.serve(options.data, options.database, listening, workers)
     return SOLVED
 
 

@@ -1,4 +1,7 @@
-"""Temporary files of workers and server: in the data folder, and gone with the process, however it ends."""
+"""Temporary files of workers and server: in the data folder, and gone with the process, however it ends.
+
+Beside them a lock that says whether any of them is at work.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,36 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from tamp.errors import TampError
+
 LOCK = ".lock"
+AT_WORK = ".at-work"
+
+
+@contextmanager
+def at_work(data: Path) -> Iterator[None]:
+    """A server or worker is at work in a data folder as long as the block runs; it begins when nobody is `alone`."""
+    with (data / AT_WORK).open("a") as file:
+        fcntl.flock(file, fcntl.LOCK_SH)
+        yield
+
+
+@contextmanager
+def alone(data: Path) -> Iterator[None]:
+    """No server and no worker is at work in a data folder as long as the block runs.
+
+    Raises:
+        TampError: where one is.
+    """
+    with (data / AT_WORK).open("a") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise TampError(
+                f"{data}: a server or worker of this contest is at work, by the rules as they were when it began; "
+                "stop all of them first. Nothing was changed"
+            ) from None
+        yield
 
 
 @contextmanager

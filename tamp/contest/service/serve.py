@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -18,7 +19,7 @@ from tamp.contest.sandbox.isolation import Sandbox
 from tamp.contest.service import films
 from tamp.contest.service.contest import load_contest
 from tamp.contest.service.queue import Renewal, refresh, settled
-from tamp.contest.service.scratch import scratch_folder
+from tamp.contest.service.scratch import alone, at_work, scratch_folder
 from tamp.contest.service.store import open_store
 from tamp.contest.service.worker import Worker
 from tamp.errors import TampError
@@ -67,9 +68,10 @@ def work(
     def ended() -> bool:
         return stop.is_set() or (parent is not None and os.getppid() != parent)
 
-    contest, store = load_contest(rules_file(data)), open_store(data, database)
-    contest = settled(store, contest)
-    with scratch_folder(data) as folder:
+    rules = rules_file(data)
+    with at_work(data), scratch_folder(data) as folder:
+        contest, store = load_contest(rules), open_store(data, database)
+        contest = settled(store, contest)
         tempfile.tempdir = str(folder.resolve())  # the process's own: whatever it makes goes with it
         Worker(store, contest, data, sandbox, lease_s, ended).run(until_empty=until_empty)
 
@@ -81,22 +83,38 @@ def again(data: Path, database: str | None, *, everything: bool) -> Renewal:
         data: the folder with the rules and the packages.
         database: URL; SQLite in `data` where it is None.
         everything: do every run anew.
+
+    Raises:
+        TampError: where a server or worker is at work.
     """
     contest = load_contest(rules_file(data))
-    found = refresh(open_store(data, database), contest, everything=everything)
-    for trial in found.queued:
-        films.forget(data, trial)
+    with alone(data):
+        found = refresh(open_store(data, database), contest, everything=everything)
+        for trial in found.queued:
+            films.forget(data, trial)
     return found
 
 
-def serve(data: Path, database: str | None, host: str, port: int, workers: Sequence[Sequence[str]]) -> None:
+def listen(host: str, port: int) -> socket.socket:
+    """A socket that listens; at port 0, at one that is free.
+
+    Raises:
+        TampError: where nobody can listen there.
+    """
+    try:
+        return socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
+    except (OSError, OverflowError) as error:
+        why = getattr(error, "strerror", None) or str(error)
+        raise TampError(f"cannot listen at {host}, port {port}: {why}; choose another --port or --host") from None
+
+
+def serve(data: Path, database: str | None, listening: socket.socket, workers: Sequence[Sequence[str]]) -> None:
     """Serve pages and API until interrupted.
 
     Args:
         data: the folder with the rules, and for everything else.
         database: URL; SQLite in `data` where it is None.
-        host: the address to listen at.
-        port: of it.
+        listening: where requests come in.
         workers: the command of each worker process.
     """
     import uvicorn
@@ -104,11 +122,14 @@ def serve(data: Path, database: str | None, host: str, port: int, workers: Seque
     from tamp.contest.service.web.app import make_app
     from tamp.contest.service.web.prompt import PromptProtocol
 
-    contest, store = load_contest(rules_file(data)), open_store(data, database)
-    app = make_app(store, settled(store, contest), data)
-    with scratch_folder(data) as folder, _kept(workers):
+    rules = rules_file(data)
+    with listening, at_work(data), scratch_folder(data) as folder:
+        contest, store = load_contest(rules), open_store(data, database)
+        app = make_app(store, settled(store, contest), data)
         tempfile.tempdir = str(folder.resolve())
-        uvicorn.run(app, host=host, port=port, log_level="warning", server_header=False, http=PromptProtocol)
+        settings = uvicorn.Config(app, log_level="warning", server_header=False, http=PromptProtocol)
+        with _kept(workers), suppress(KeyboardInterrupt):
+            uvicorn.Server(settings).run([listening])
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from tamp.cli import main
 from tamp.contest.service.contest import load_contest
 from tamp.contest.service.films import film_path
 from tamp.contest.service.queue import settled
+from tamp.contest.service.scratch import at_work
 from tamp.contest.service.serve import again
 from tamp.contest.service.web.app import make_app
 from tamp.errors import TampError
@@ -110,6 +112,15 @@ def test_what_was_run_under_other_rules_is_run_again_also_where_it_comes_back_la
     assert _place(service)["tasks"] == pytest.approx({"001": 0.09, "002": 0.07})
 
 
+def test_nothing_is_held_against_new_rules_while_somebody_works_by_the_old_ones(service: Service) -> None:
+    _load(service)
+    service.hand_in(service.ours)
+    with at_work(service.data), at_work(service.data):  # a server and a worker, say
+        with pytest.raises(TampError, match="is at work, by the rules as they were when it began; stop all of them"):
+            again(service.data, None, everything=True)
+    assert again(service.data, None, everything=True).queued
+
+
 def test_how_it_is_counted_and_what_nothing_was_handed_in_for_may_change(service: Service) -> None:
     _load(service)
     _change(service, "runs: 2", "runs: 1")
@@ -139,3 +150,12 @@ def test_commands_for_organisers_want_a_folder_with_rules(
         assert not (tmp_path / "typo").exists()
     assert main(["contest", "again", "--all", "--data", str(service.data)]) == 0
     assert capsys.readouterr().out == "0 runs are to be done, 0 no longer count\n"
+
+
+def test_a_port_that_another_program_has_is_told(service: Service, capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        for port, why in ((other.getsockname()[1], "Address already in use"), (70000, "0-65535")):
+            assert main(["contest", "serve", "--data", str(service.data), "--workers", "0", "--port", str(port)]) == 2
+            said = capsys.readouterr()
+            assert f"cannot listen at 127.0.0.1, port {port}: " in said.err and why in said.err
+            assert said.out == ""
