@@ -21,7 +21,7 @@ from sqlalchemy import (
     create_engine,
     event,
 )
-from sqlalchemy.exc import ArgumentError, DBAPIError, InterfaceError, OperationalError
+from sqlalchemy.exc import ArgumentError, DatabaseError, DBAPIError, InterfaceError, OperationalError
 from sqlalchemy.exc import TimeoutError as NoConnectionError
 
 from tamp.errors import TampError
@@ -93,6 +93,10 @@ class StoreFullError(Exception):
     """There is no room left for the database or the uploads."""
 
 
+class DamagedError(TampError):
+    """What is in the database cannot be read any more."""
+
+
 class Store:
     """A database.
 
@@ -125,25 +129,38 @@ class Store:
 
         Raises:
             StoreFullError: where there is no room left.
+            DamagedError: where it cannot be read any more.
         """
-        with _full(), self._engine.connect().execution_options(writes=True) as connection, connection.begin():
+        with _told(), self._engine.connect().execution_options(writes=True) as connection, connection.begin():
             yield connection
 
     @contextmanager
     def look(self) -> Iterator[Connection]:
-        """A transaction that only reads."""
-        with self._engine.connect() as connection, connection.begin():
+        """A transaction that only reads.
+
+        Raises:
+            DamagedError: where it cannot be read any more.
+        """
+        with _told(), self._engine.connect() as connection, connection.begin():
             yield connection
 
 
 @contextmanager
-def _full() -> Iterator[None]:
+def _told() -> Iterator[None]:
+    """What is for others to act upon, as errors of our own."""
     try:
         yield
     except OperationalError as error:
         text = str(error).lower()
         if "disk is full" in text or "no space" in text or "disk i/o" in text:
             raise StoreFullError("the disk is full") from error
+        raise
+    except DatabaseError as error:
+        if type(error) is DatabaseError:  # none of its kinds: the file itself is wrong
+            said = str(error.orig)
+            raise DamagedError(
+                f"the database is damaged ({said}); stop the service, and put a backup in place"
+            ) from None
         raise
 
 

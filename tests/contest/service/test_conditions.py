@@ -115,9 +115,9 @@ def test_what_was_run_under_other_rules_is_run_again_also_where_it_comes_back_la
 def test_nothing_is_held_against_new_rules_while_somebody_works_by_the_old_ones(service: Service) -> None:
     _load(service)
     service.hand_in(service.ours)
-    with at_work(service.data), at_work(service.data):  # a server and a worker, say
-        with pytest.raises(TampError, match="is at work, by the rules as they were when it began; stop all of them"):
-            again(service.data, None, everything=True)
+    told = "is at work, by the rules as they were when it began; stop all of them"
+    with at_work(service.data), at_work(service.data), pytest.raises(TampError, match=told):
+        again(service.data, None, everything=True)
     assert again(service.data, None, everything=True).queued
 
 

@@ -12,9 +12,10 @@ pytest.importorskip("fastapi", reason="the web service needs the extra 'contest'
 pytest.importorskip("sqlalchemy", reason="the web service needs the extra 'contest'")
 
 from sqlalchemy import Engine
-from sqlalchemy.exc import InterfaceError, OperationalError
+from sqlalchemy.exc import DatabaseError, InterfaceError, OperationalError
 from sqlalchemy.exc import TimeoutError as NoConnectionError
 
+from tamp.cli import main
 from tamp.contest.sandbox.plain import Plain
 from tamp.contest.service import worker as working
 from tamp.contest.service.worker import Worker
@@ -26,6 +27,7 @@ CAUSES = (
     InterfaceError("SELECT 1", {}, sqlite3.InterfaceError("the connection is closed")),
     NoConnectionError("QueuePool limit of size 5 overflow 10 reached"),
 )
+DAMAGED = DatabaseError("SELECT 1", {}, sqlite3.DatabaseError("database disk image is malformed"))
 PAGES = ("/", "/team", "/submissions/1", "/nowhere", "/films/1.gif")
 
 
@@ -42,7 +44,7 @@ def fail(service: Service, monkeypatch: pytest.MonkeyPatch) -> Callable[[Excepti
     return fail
 
 
-@pytest.mark.parametrize("cause", CAUSES, ids=lambda cause: type(cause).__name__)
+@pytest.mark.parametrize("cause", [*CAUSES, DAMAGED], ids=lambda cause: type(cause).__name__)
 def test_pages_and_api_say_it_in_a_sentence(
     service: Service, fail: Callable[[Exception], None], caplog: pytest.LogCaptureFixture, cause: Exception
 ) -> None:
@@ -58,6 +60,23 @@ def test_pages_and_api_say_it_in_a_sentence(
     records = [record for record in caplog.records if record.levelno >= logging.WARNING]
     assert len(records) == len(answers) + len(PAGES)
     assert all(record.exc_info is None and "\n" not in record.getMessage() for record in records)
+
+
+def test_commands_say_that_a_file_is_damaged_and_what_to_do(
+    service: Service, capsys: pytest.CaptureFixture[str]
+) -> None:
+    service.hand_in(service.ours)
+    with sqlite3.connect(service.data / "contest.db") as connection:
+        connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+    service.store.close()
+    with (service.data / "contest.db").open("r+b") as file:
+        size = file.seek(0, 2)
+        file.seek(4096)  # its first page, which says what tables there are, stays
+        file.write(b"\xff" * (size - 4096))
+    for command in (["again"], ["team", "Others"], ["work", "--until-empty"]):
+        assert main(["contest", *command, "--data", str(service.data)]) == 2
+        said = capsys.readouterr().err
+        assert "the database is damaged (database disk image is malformed); stop the service, and put a backup" in said
 
 
 def test_a_locked_sqlite_is_out_of_reach_and_takes_the_upload_later(

@@ -21,7 +21,7 @@ from tamp.contest.service import films
 from tamp.contest.service.board import Board, Progress
 from tamp.contest.service.contest import KINDS, Contest, Kind
 from tamp.contest.service.scratch import scratch_folder
-from tamp.contest.service.store import OUT_OF_REACH, Store, StoreFullError
+from tamp.contest.service.store import OUT_OF_REACH, DamagedError, Store, StoreFullError
 from tamp.contest.service.submissions import TooManyError, accept, count_attempt, left_this_month, suffix_of
 from tamp.contest.service.teams import Team, team_of
 from tamp.contest.service.web import pages
@@ -71,7 +71,7 @@ def make_app(store: Store, contest: Contest, data: Path) -> FastAPI:
     routes.add_to(app)
     app.add_exception_handler(404, routes.missing)
     app.add_exception_handler(TampError, _refuse)
-    for kind in OUT_OF_REACH:
+    for kind in (*OUT_OF_REACH, DamagedError):
         app.add_exception_handler(kind, routes.out_of_reach)
     app.add_exception_handler(StoreFullError, lambda *_: JSONResponse({"detail": FULL}, 507))
 
@@ -210,7 +210,7 @@ class Routes:
             return JSONResponse({"detail": detail}, 404)
         try:
             return HTMLResponse(self._page(request, "missing.html", detail=detail), 404)
-        except OUT_OF_REACH as error:  # nobody else looks after what a handler raises
+        except (*OUT_OF_REACH, DamagedError) as error:  # nobody else looks after what a handler raises
             return self.out_of_reach(request, error)
 
     def out_of_reach(self, request: Request, error: Exception) -> Response:
