@@ -99,7 +99,7 @@ def _entry(name: str, folder: Path) -> str:
 def _copy(source: Path, folder: Path, limits: Uploads) -> None:
     total = count = 0
     for path in sorted(source.rglob("*")):
-        if "__pycache__" in path.parts or path.is_dir():
+        if "__pycache__" in path.parts or (path.is_dir() and not path.is_symlink()):
             continue
         if path.is_symlink() or not path.is_file():
             raise PackageError(f"{path}: is a link or a device; a package holds files only")

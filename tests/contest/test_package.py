@@ -77,6 +77,11 @@ def test_links_are_refused(tmp_path: Path) -> None:
     (tmp_path / "folder" / "solution.py").symlink_to("/etc/passwd")
     with pytest.raises(PackageError, match="is a link"):
         unpack(tmp_path / "folder", tmp_path / "out2")
+    (tmp_path / "folder" / "solution.py").unlink()
+    (tmp_path / "folder" / "solution.py").write_text(CODE)
+    (tmp_path / "folder" / "weights").symlink_to(tmp_path)  # a folder, which would just not be there
+    with pytest.raises(PackageError, match="weights: is a link"):
+        unpack(tmp_path / "folder", tmp_path / "out3")
 
 
 def test_bombs_are_refused_however_they_lie(tmp_path: Path) -> None:
