@@ -47,7 +47,8 @@ def main(arguments: str) -> int:
         resource.setrlimit(getattr(resource, name), (value, value))
     if given["filter"]:
         take_on(given["filter"])
-        selectors.DefaultSelector = selectors.PollSelector  # type: ignore[assignment,misc]  # chosen while there still was epoll
+        # It was chosen when the module was imported, while there still was epoll.
+        selectors.DefaultSelector = selectors.PollSelector  # type: ignore[assignment,misc]
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # what is printed before a run is stopped is read, and in its order
             stream.reconfigure(line_buffering=True)

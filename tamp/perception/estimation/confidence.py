@@ -46,13 +46,15 @@ def confidence(best: Candidate, gain: float, clash: float, ahead: float, goes_on
 def lead(selection: Selection, i: int, gains: Array, others: Sequence[int], verified: Verified) -> float:
     """How far the next best is behind, in scales at which two thirds are trusted.
 
-    Elsewhere, it is what the chosen pose explains more. In the same place, turned round or with another object in
-    exchange, it is how much better residuals are; what is explained decides only where nothing was fitted beside.
+    Elsewhere, or with an object in its place that was found nowhere, it is what the chosen pose explains more. In the
+    same place, turned round or with another object in exchange, it is how much better residuals are; what is explained
+    decides only where nothing was fitted beside.
     """
     k = verified.candidate
     gain = max(1.0, float(gains[k]))
     here = set(selection.at(i, selection.center(i, k)))
     away = (gain - max((float(gains[o]) for o in others if o not in here), default=0.0)) / gain / AHEAD
+    away = min(away, selection.lead_over_absent(i) / gain / AHEAD)
     if np.isfinite(verified.lead):
         return max(0.0, min(away, verified.lead / CLOSER))
     turned = gain - max((float(gains[o]) for o in others if o in here), default=0.0)

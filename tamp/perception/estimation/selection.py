@@ -122,6 +122,20 @@ class Selection:
             self.chosen = list(kept)
         return max(0.0, lead)
 
+    def lead_over_absent(self, i: int) -> float:
+        """How much more an object adds than the best that stands nowhere would if it were not there, in points.
+
+        Infinite where there is none; one of its own mesh is told apart from it by nothing.
+        """
+        kept, most = list(self.chosen), 0.0
+        gain = float(self.gains(i)[kept[i]])
+        self.chosen[i] = -1
+        for j, k in enumerate(kept):
+            if k < 0 and self._models[j] is not self._models[i]:
+                most = max(most, self._most_gain(j, most)[1])
+        self.chosen = kept
+        return max(0.0, gain - most) if most > 0 else float("inf")
+
     def center(self, i: int, k: int) -> Array:
         """The middle of an object's surface at one of its candidates, shape (3,) [m]."""
         T = self._candidates[i][k].pose
@@ -139,16 +153,23 @@ class Selection:
         return gain
 
     def _choose(self, i: int) -> None:
-        """Choose what gains most, the first of those; who cannot even without clashes is not asked for these."""
+        """Choose what gains most; where all are present, also what gains nothing."""
+        self.chosen[i] = self._most_gain(i, -np.inf if self._present else 0.0)[0]
+
+    def _most_gain(self, i: int, least: float) -> tuple[int, float]:
+        """The candidate that gains more than so much and most, the first of those, and its gain; -1 for none.
+
+        Who cannot even without clashes is not asked for these.
+        """
         bounds = self._gains_but_for_clashes(i)
-        best, most = -1, -np.inf if self._present else 0.0
+        best, most = -1, least
         for k in np.argsort(-bounds, kind="stable").tolist():
-            if bounds[k] < most or not (self._present or bounds[k] > 0):
+            if bounds[k] < most or bounds[k] <= least:
                 break
             gain = bounds[k] - OVERLAP * self.clash(i, k)
             if gain > most or (gain == most and k < best):
                 best, most = k, gain
-        self.chosen[i] = best
+        return best, most
 
     def _exchange(self, order: Sequence[int]) -> bool:
         """Take one object away, let another choose first, and keep it where that is better for all."""

@@ -72,3 +72,18 @@ def test_a_scrap_of_a_large_surface_is_no_sight_of_an_object() -> None:
     nothing = np.empty(0, np.int64), np.full(400, 1.0)
     of = [confidence(Candidate(np.eye(4), *nothing, hits, 0.0, 0.0), 400.0, 0.0, 10.0, 0.0) for hits in (0.04, 0.2)]
     assert of[0] < 0.5 < 0.95 < of[1]
+
+
+def test_what_another_that_was_found_nowhere_could_be_is_uncertain() -> None:
+    """Two boards are listed and one is there: the other one is told from it by its size, or by nothing."""
+    pytest.importorskip("embreex", reason="the extra perception is not installed")
+    robot = load_robot("panda")
+    fixed = tuple(camera for camera in load_setup() if not camera.viewpoints)
+    there = plain(Box((0.12, 0.1, 0.03)))
+    pose = Pose.from_rpy((-0.05, 0.1, 0.015), (0.0, 0.0, 0.5))
+    frames = [shot.frame for shot in shoot({"board": there}, {"board": pose}, views(fixed, robot), robot)]
+    for other, least, most in (((0.12, 0.1, 0.0302), 0.0, 0.3), ((0.2, 0.16, 0.06), 0.5, 1.0)):
+        looks = {"board": there, "other": plain(Box(other))}
+        found = estimate_poses(frames, looks)
+        assert sum(estimate.pose is not None for estimate in found.values()) == 1
+        assert least <= max(estimate.confidence for estimate in found.values()) <= most

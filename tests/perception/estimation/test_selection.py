@@ -184,3 +184,14 @@ def test_the_choice_is_the_first_of_the_greatest_gains(present: bool) -> None:
         gains = choice.gains(1)
         choice._choose(1)
         assert choice.chosen[1] == (int(gains.argmax()) if present or gains.max() > 0 else -1)
+
+
+def test_what_stands_nowhere_and_could_stand_there_makes_a_choice_uncertain() -> None:
+    big, small = [_candidate(0.0, 0, 200)], [_candidate(0.0, 0, 190)]
+    choice = _chosen(big, small)
+    assert choice.lead_over_absent(0) == pytest.approx(10.0)
+    assert choice.chosen == [0, -1]
+    assert _chosen(big, small, models=(BIG, BIG)).lead_over_absent(0) == float("inf"), "nobody tells twins apart"
+    elsewhere = _chosen(big, [*small, _candidate(0.5, 200, 250)])
+    assert elsewhere.chosen == [0, 1] and elsewhere.lead_over_absent(0) == float("inf")
+    assert _chosen(big, [_candidate(0.0, 0, 190, free=300.0)]).lead_over_absent(0) == float("inf"), "it is seen through"
