@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -45,8 +45,29 @@ def handling_hits(workspace: Workspace, handling: Handling, others: Mapping[str,
         del poses[name]
     for name in asked:
         known.setdefault((name, others[name]), None)
+    for name in others:
+        if known[name, others[name]] is None and _is_refused(workspace, handling, name, others[name]):
+            known[name, others[name]] = f"{handling.object} or the hand would take {name} along"
     found = {name: known[name, others[name]] for name in sorted(others)}
     return {name: reason for name, reason in found.items() if reason is not None}
+
+
+def learn_refused_beside(workspace: Workspace, handling: Handling, other: str, standing: Placement, mover: str) -> None:
+    """Let an object not be handled there again as something stands that the checker says is met or taken along.
+
+    Where the object meets it itself, by whatever grasp; where the hand or the arm does, by that grasp.
+    """
+    grasp = None if mover == handling.object else handling.grasp
+    workspace.cache.learn(_beside_key(handling, grasp, other, standing), True)
+
+
+def _is_refused(workspace: Workspace, handling: Handling, other: str, standing: Placement) -> bool:
+    keys = (_beside_key(handling, grasp, other, standing) for grasp in (None, handling.grasp))
+    return any(workspace.cache.value(key, lambda: False) for key in keys)
+
+
+def _beside_key(handling: Handling, grasp: Grasp | None, other: str, standing: Placement) -> Hashable:
+    return "refused beside", handling.object, handling.let_go, grasp, other, standing
 
 
 def _may_meet(workspace: Workspace, handling: Handling, name: str, standing: Placement) -> bool:

@@ -26,6 +26,7 @@ from tamp.scoring.total_error import shortfall
 from tamp.speculation import presumed
 from tamp.streams.affordances.falls import learn_refused, learn_too_high
 from tamp.streams.affordances.stack_balance import learn_upset
+from tamp.streams.motion.handling_contacts import learn_refused_beside
 from tamp.streams.values import Configuration, Handling, Placement
 from tamp.streams.workspace import Workspace
 from tamp.task import Action, Plan, Pose, Release
@@ -129,6 +130,13 @@ class Attempt:
         """The checker's word on a plan that begins here."""
         goals = _poses(self.workspace.goals)
         return self.setup.check(plan, start=plan.start, goals=goals, facts=self.facts, after=self.judged.state)
+
+
+def _learn_met(workspace: Workspace, way: Handling, bodies: Sequence[str], standing: Mapping[str, Placement]) -> None:
+    """Let an object not be handled again where one of two bodies meets the other, if one of them stands there."""
+    for mover, other in (bodies, bodies[::-1]) if len(bodies) == 2 else ():
+        if other != way.object and other in standing:
+            learn_refused_beside(workspace, way, other, standing[other], mover)
 
 
 def _poses(places: Mapping[str, Placement]) -> dict[str, Pose]:
@@ -270,19 +278,26 @@ class Progress:
         return {name: Pose.from_matrix(state.stayed[name]) for name in away}
 
     def _learn(self, verdict: Verdict, solution: Sequence[GroundAction]) -> None:
-        """Let no question end again with an object put, let fall or taken where the checker says this upsets a pile."""
+        """Let no question end again with an object put, let fall or taken where the checker says this upsets a pile.
+
+        Nor with one that is handled where it says that what stands there is met, or taken along.
+        """
         wrong, after = verdict.problems[0], self.now.setup.domain.after
-        if wrong.kind not in ("support", "release", "fall", "precondition") or wrong.action is None:
+        if wrong.kind not in ("support", "release", "fall", "precondition", "collision") or wrong.action is None:
             return
         last = wrong.action
         before, then = (after(self.start, self.now.configuration, solution[:n])[0] for n in (last, last + 1))
         workspace = replace(self.now.workspace, start=then)
+        way = solution[last].args[-1]
+        if wrong.kind == "collision":
+            if isinstance(way, Handling):
+                _learn_met(workspace, way, wrong.bodies, before)
+            return
         if wrong.kind == "precondition":
             for name in before.keys() - then.keys():
                 learn_upset(workspace, name, before, put=False)
             return
         for name in then.keys() - before.keys():
-            way = solution[last].args[-1]
             if wrong.kind == "support":
                 learn_upset(workspace, name, then)
             elif isinstance(way, Handling) and way.dropped:

@@ -93,8 +93,8 @@ def test_nothing_is_said_of_a_plan_that_does_not_join_the_pieces(whole):
     assert replace(progress, pieces=[first, elsewhere]).checked(plan) is None
 
 
-@pytest.mark.parametrize("kind", ["support", "release"])
-def test_nothing_is_put_again_where_the_checker_says_that_it_does_not_stay(monkeypatch, kind):
+@pytest.mark.parametrize(("kind", "again"), [("support", False), ("release", True), ("collision", False)])
+def test_nothing_is_put_again_where_the_checker_says_that_it_does_not_stay_or_meets_what_does(monkeypatch, kind, again):
     on_blue = replace(RED, goal=At(Pose((0.05, 0.2, 0.12))))
     setup = prepare(Task("stacked", (on_blue, replace(BLUE, goal=None))))
     asker = Asker(Progress(Attempt.of(setup, setup.start, load_robot("panda").home, None)), 0, math.inf, "adaptive")
@@ -102,7 +102,7 @@ def test_nothing_is_put_again_where_the_checker_says_that_it_does_not_stay(monke
     wrong = Problem(len(found.plan) - 1, "stack(red, blue)", 0.0, kind, ("red", "blue"), 0.0, "red tips over")
     monkeypatch.setattr(Attempt, "checked", lambda self, plan: Verdict(problems=(wrong,)))
     assert asker.refused(found.plan, "red")
-    assert (asker.ask(asker.workspace, 8, {"red"}).plan is None) == (kind == "support")
+    assert (asker.ask(asker.workspace, 8, {"red"}).plan is not None) == again
 
 
 def gives_way(monkeypatch, by: float, wrong_from: int) -> None:
