@@ -7,6 +7,7 @@ from inspect import signature
 
 import pytest
 
+import tamp.planning
 from tamp.errors import DomainError, DomainWarning
 from tamp.planning import Constraints, Problem, SearchResult, pddlstream
 from tamp.planning.keywords import (
@@ -98,7 +99,9 @@ def test_every_algorithm_has_one_here(algorithm):
 def test_each_solver_has_its_name(solver):
     solution = solver(PROBLEM, max_time=20)
     assert solution.solved
-    assert {solution.report.algorithm, solution.report.strategy["name"]} & set(solver.keywords.values())
+    assert solver.__name__ in {
+        f"solve_{name}" for name in (solution.report.algorithm, solution.report.strategy["name"])
+    }
 
 
 def test_what_asks_for_nothing_is_accepted_in_silence():
@@ -144,7 +147,7 @@ def test_a_warning_names_the_line_that_calls_solve():
 
 
 def test_the_keywords_are_those_of_solve():
-    named = [p.name for p in signature(solve).parameters.values() if p.kind == p.KEYWORD_ONLY]
+    named = [p.name for p in signature(tamp.planning.solve).parameters.values() if p.kind == p.KEYWORD_ONLY]
     assert tuple(named) == OWN
     assert not {*MEANINGFUL, *WITHOUT_MEANING} & {*OWN}
 

@@ -54,7 +54,7 @@ def improve(session: Session) -> None:
         Ended: where time is over.
     """
     sampling = session.sampling
-    if session.found.skeleton is None or (session.costs.unit and not session.options.shorten):
+    if session.found.skeleton is None or (session.costs.unit and not _may_be_shorter(session)):
         return
     calls, searching = sampling.calls, session.searches.work
     again, anew = max(int(AGAIN_CALLS * calls), LEAST_AGAIN), max(int(CALLS * calls), LEAST_CALLS)
@@ -75,6 +75,11 @@ def improve(session: Session) -> None:
         _search_near(session, session.searches.work + worth, sampling.calls + anew)
     finally:  # a session may be asked further after its time was over
         session.costs.guess(False)
+
+
+def _may_be_shorter(session: Session) -> bool:
+    """Whether fewer actions are worth a moment; nothing is shorter than one."""
+    return session.options.shorten and len(session.found.best or ()) > 1
 
 
 def _try_again(session: Session, most: int) -> None:
