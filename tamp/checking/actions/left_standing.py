@@ -9,13 +9,13 @@ import numpy as np
 
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
-from tamp.checking.physics.giving_way import convex, let_down, tips_over
+from tamp.checking.physics.giving_way import convex, let_down, lowered_onto, tips_over
 from tamp.checking.physics.righting import lain
-from tamp.checking.physics.round_bodies.perching import on_rollers, perched, pressed_away
+from tamp.checking.physics.round_bodies.perching import STEEP, on_rollers, perched, pressed_away, round_axes
 from tamp.checking.physics.round_bodies.rocking import rocked
 from tamp.checking.physics.stacks import over_edge, stack_of, upset
 from tamp.checking.physics.support import balanced, carriers, slumps, unrest
-from tamp.checking.physics.yielding import gives_way, unbalanced
+from tamp.checking.physics.yielding import given_way, gives_way, unbalanced
 from tamp.checking.scene import TABLE, Given
 
 if TYPE_CHECKING:
@@ -150,19 +150,37 @@ def _note_given_way(scene: Scene, state: State, name: str, allow: Tolerances, re
     """What gives way under an object that has come to a place, within tolerance, is noted where it comes to.
 
     Of pieces that bulge nobody knows within a millimetre what touches: where there are any, what sets out from rest by
-    itself tells nothing, but what does so only with the object on it does.
+    itself tells nothing, but what does so only with the object on it does; and so does that the object itself
+    goes on by more than plans and goals may err, where it is certain what carries it.
     """
     near, ends = replace(allow, standing=allow.touching), dict[str, "Array"]()
     before = state.without(name)
     if not convex(scene, state, name, allow):
         under = unbalanced(scene, state, name, near) - {name}
         if not any(other not in unbalanced(scene, before, other, near) for other in under):
+            if _goes_on(scene, state, name, 2 * allow.reached, allow):
+                sentence = f"{name} does not stay where it is let go: it slides or turns by more than"
+                report("support", f"{sentence} {2000 * allow.reached:.0f} mm on what it comes down on", bodies=(name,))
             return
     for sentence, bodies in gives_way(scene, before, state, [name], allow.slump, near, ends):
         report("support", sentence, bodies=bodies)
     given = _moved(scene, state, ends, allow.standing)
     state.follows |= given
     state.given |= {other: Given(T, frozenset()) for other, T in given.items()}
+
+
+def _goes_on(scene: Scene, state: State, name: str, most: float, allow: Tolerances) -> bool:
+    """Whether an object that comes down on one body only, from above, slides or turns on by more than `most` [m].
+
+    Its own shape says where it touches that. What leans, or stands among several, touches what is a little nearer than
+    the rest; what is round is held by facets that it has not: they are not asked about. No other body moves.
+    """
+    touched = [*carriers(scene, state, name, allow).patches.values()]
+    if len(touched) != 1 or (touched[0].normals[:, 2] < STEEP).any() or round_axes(scene, state, name):
+        return False
+    lowered, near = lowered_onto(scene, state, name, allow.standing, allow), replace(allow, standing=allow.touching)
+    end = given_way(scene, lowered, name, most, near, firm=frozenset(state.poses) - {name})[name]
+    return scene.displacement(name, lowered.poses[name], end) > most
 
 
 def _upset_in_truth(

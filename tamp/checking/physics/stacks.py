@@ -59,8 +59,8 @@ class Stack:
         return {other: patch for other, patch in found.items() if other in Contacts({other: patch}).bodies}
 
 
-def stack_of(scene: Scene, state: State, name: str, allow: Tolerances) -> Stack:
-    """The bodies that a body touches, those that they touch, and so on; the table holds nothing together."""
+def stack_of(scene: Scene, state: State, name: str, allow: Tolerances, firm: frozenset[str] = frozenset()) -> Stack:
+    """The bodies that a body touches, those that they touch, and so on; the table, and what is firm, holds none."""
     standing = state.standing(scene)
     waiting, seen, touching = [name], {name}, {}
     while waiting:
@@ -72,7 +72,7 @@ def stack_of(scene: Scene, state: State, name: str, allow: Tolerances) -> Stack:
             if patch is None:
                 continue
             touching[a, b] = patch
-            if b != TABLE and b not in seen:
+            if b != TABLE and b not in seen and b not in firm:
                 seen.add(b)
                 waiting.append(b)
     return Stack(tuple(sorted(seen)), touching)

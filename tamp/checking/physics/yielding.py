@@ -73,10 +73,12 @@ def slump(scene: Scene, state: State, name: str, most: float, allow: Tolerances)
     return {body: scene.displacement(body, state.poses[body], T) for body, T in poses.items()}
 
 
-def given_way(scene: Scene, state: State, name: str, most: float, allow: Tolerances) -> dict[str, Array]:
+def given_way(
+    scene: Scene, state: State, name: str, most: float, allow: Tolerances, firm: frozenset[str] = frozenset()
+) -> dict[str, Array]:
     """Where each body of the stack of a body comes to until all are in balance, shape (4, 4), followed as in `slump`.
 
-    What loses touch with the others on its way is followed on.
+    What loses touch with the others on its way is followed on; what is `firm` stays.
     """
     there = replace(state, poses=dict(state.poses), touching={})
     far, resting = dict[str, float](), set[tuple[str, ...]]()
@@ -85,7 +87,7 @@ def given_way(scene: Scene, state: State, name: str, most: float, allow: Toleran
         still = set[tuple[str, ...]]()
         for body in (name, *far):
             if body not in ways:
-                stack = stack_of(scene, there, body, allow)
+                stack = stack_of(scene, there, body, allow, firm)
                 # What was at rest at the last look still is, unless something more touches it.
                 set_out = {} if stack.names in resting else _set_out(scene, there, stack)
                 ways |= _rest(stack) | set_out
