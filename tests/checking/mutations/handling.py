@@ -134,6 +134,27 @@ def takes_a_board_over_the_rim(task: Task, plan: Plan, rng: np.random.Generator)
     return instead(task, plan, actions, block, board, Object("weight", Box((0.03, 0.04, 0.06)), start, mass=mass))
 
 
+def lies_tilted_in_a_tray(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """What has two facets under it, and a handle, is let go on the lesser one, by which it lies tilted, in a tray."""
+    if task.robot != "panda":
+        return None
+    (x, y), tilt = rng.uniform((0.0, -0.15), (0.08, -0.05)), rng.uniform(0.16, 0.19)
+    left, pivot, right, thick, slope = -0.15, 0.012, 0.12, 0.03, np.tan(tilt)
+    side = [(left, 0.0), (pivot, 0.0), (right, (right - pivot) * slope), (right, thick + (right - left) * slope)]
+    corners = np.array([(a, b, c) for a, c in (*side, (left, thick)) for b in (-0.02, 0.02)])
+    high = thick + (pivot - left) * slope
+    handle = convex_hull((CORNERS - (0.0, 0.0, 0.5)) * (0.02, 0.02, 0.04) + (pivot, 0.0, high + 0.015))
+    shape = hulls(f"handled_{tilt:.6f}", [convex_hull(corners), handle])
+    boxes = [((0.36, 0.12, 0.02), (0.0, 0.0, 0.0)), ((0.36, 0.01, 0.03), (0.0, 0.065, 0.0))]
+    tray = hulls("tray", [convex_hull(CORNERS * size + at) for size, at in boxes])
+    over, turn = Pose((pivot, 0.0, 0.0)), Pose.from_rpy((0.0, 0.0, 0.0), (0.0, tilt, 0.0))
+    start, goal = Pose((x, y + 0.3, 0.0)), Pose((x, y, 0.0205)) @ over @ turn @ over.inverse()
+    hand = Hand(plan.home)
+    actions = carry(hand, "handled", start, goal, 0.02, ("table", "tray"), high + 0.02, pivot)
+    things = Object("tray", tray, Pose((x, y, 0.0)), mass=2.0), Object("handled", shape, start, mass=0.1)
+    return instead(task, plan, actions, *things)
+
+
 def on_a_foot(within: float):
     """A block on a foot whose near edge its centre of mass is so far within; the foot's far edge, a height to grip."""
     low, high, wide = 0.03, 0.1, 0.05

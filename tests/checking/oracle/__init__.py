@@ -19,6 +19,7 @@ from tests.checking.oracle.bookkeeping import bookkeeping
 from tests.checking.oracle.carrying import jerked_out
 from tests.checking.oracle.falls import FALLEN, TOPPLED, fall, gave_way
 from tests.checking.oracle.leaning import leaning
+from tests.checking.oracle.lying import lies_down
 from tests.checking.oracle.pushes import push
 from tests.checking.oracle.rocking import rocking
 from tests.checking.oracle.rolling import rolling
@@ -92,6 +93,7 @@ class Oracle:
             if action.name in ("place", "stack"):
                 text = "the hand stays round the object" if _is_round(world, action.arguments[0]) else None
                 text = text or rests(world, action.arguments[0])
+                text = text or (lies_down(world, action.arguments[0]) if sweep else None)
                 if text is not None:
                     return f"{action}: {text}"
             if sweep and action.name in ("place", "stack"):
