@@ -10,7 +10,7 @@ import numpy as np
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.giving_way import on_edge
-from tamp.checking.physics.round_bodies.perching import perched
+from tamp.checking.physics.round_bodies.perching import perched, pressed_away, round_axes
 from tamp.checking.physics.round_bodies.rocking import rocked
 from tamp.checking.physics.settling import stayed, unexplained
 from tamp.checking.physics.stacks import off_balance, stack_of
@@ -44,7 +44,8 @@ def check_start(replay: Replay, exact: Mapping[str, Pose] | None) -> None:
     """The plan starts from the scene as it is known, or else from the task's scene after settling.
 
     An observed scene is the truth, whatever it looks like. A settled one is where settling takes each object from its
-    pose in the task, with nothing in the air, nothing inside anything else, and every stack in balance.
+    pose in the task, with nothing in the air, nothing inside anything else, nothing round pressed to roll, and every
+    stack in balance.
 
     Args:
         replay: a replay before its first action.
@@ -71,7 +72,8 @@ def check_start(replay: Replay, exact: Mapping[str, Pose] | None) -> None:
             replay.report("start", f"at the start {sentence}", bodies, depth)
         for where, far in misplaced(scene, state, name, allow):
             replay.report("start", f"{name} starts {where}, with what carries it", (name,), far)
-        for sentence, bodies in perched(scene, state, name, allow):
+        rolls = (found for found in pressed_away(scene, state, name, allow) if round_axes(scene, state, found[1][1]))
+        for sentence, bodies in (*perched(scene, state, name, allow), *rolls):
             replay.report("start", f"at the start {sentence}", bodies)
     for sentence, bodies in rocked(scene, state, sorted(written), allow):
         replay.report("start", f"at the start {sentence}", bodies)
