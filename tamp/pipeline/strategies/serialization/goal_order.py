@@ -31,6 +31,7 @@ from tamp.task import Goal, In, On
 UNLIMITED = 1_000_000
 REST = 0.5  # of what a try for all goals gets goes to one for those that single tries have left: it succeeds soon
 FALLS = 0.03  # what comes to rest so far from its goal (EDE) does not stay there [m]
+GOES_ON = 0.01  # what comes to rest so far from where it was let go (EDE) the checker refuses to have let go there [m]
 FELT = 0.003  # surface so near to another body touches it: the checker counts on no more [m]
 ALONE = 0.5  # of what a goal gets for which others may move goes to it while they do not
 
@@ -66,6 +67,7 @@ class Ordering:
         self._together: list[Report] = []
         self._vain: dict[str, Placements] = {}
         self._rested: dict[tuple[str, Effort], Placements] = {}
+        self._going_on: dict[str, tuple[Placements, bool]] = {}
         self._fallen: dict[str, Placements] = {}
         self._upsetting: dict[str, Placements] = {}
         self._tries = Counter[str]()
@@ -309,29 +311,52 @@ class Ordering:
         if any(ede(edges[lower], place.pose, settled[lower].pose) > SHIFTED for lower, place in under.items()):
             return True
         goal, geometry = workspace.goals[name], workspace.world.geometries[name]
-        return rolls(geometry, goal.pose.matrix[:3, :3]) or not stands_on(workspace, name, goal, under)
+        turns = rolls(geometry, goal.pose.matrix[:3, :3]) or not stands_on(workspace, name, goal, under)
+        return turns or self._goes_on(name)
+
+    def _goes_on(self, name: str) -> bool:
+        """Whether physics has an object go on from its goal on one body by more than the checker lets what is let go.
+
+        What is convex, on what is convex, does not if it is in balance.
+        """
+        workspace = self._asker.workspace
+        goal, bodies = workspace.goals[name], [name, *goal_supports(workspace, name)]
+        if len(goal.on) != 1 or all(len(workspace.world.geometries[body].parts) == 1 for body in bodies):
+            return False
+        here, (seen, found) = self._surroundings(name), self._going_on.get(name, (None, False))
+        if seen != here:
+            there = rest_from_goal(self._asker, name)
+            found = there is not None and away(there, name) > GOES_ON
+            self._going_on[name] = here, found
+        return found
 
     def _brought_to_rest(self, name: str, turned: Collection[str], effort: Effort) -> bool:
         """Put an object to where it comes to rest from its goal, if that is near; whether it was.
 
-        That is tried once with each effort for each way in which others stand there. What falls waits for a change.
+        That is tried once with each effort for each way in which others stand there. What falls waits for a change, and
+        so does what goes on: for others that may hold it, and do not rest on it, where they need not be moved for it.
         """
         here = self._surroundings(name)
         if self._rested.get((name, effort)) == here:
             return False
         self._rested[name, effort] = here
         there = rest_from_goal(self._asker, name)
-        if there is None or bring_to_rest(self._asker, name, there, self._ledger.reached, turned, effort):
-            return there is not None
-        if away(there, name) > FALLS or (self._awaited(name) and not _is_held(there, name)):
+        if there is None:
+            return False
+        goes_on = self._goes_on(name)
+        resting = {other for other, goal in there.goals.items() if name in goal.on}
+        waits = goes_on and not effort.others_move and self._awaited(name, resting)
+        if not waits and bring_to_rest(self._asker, name, there, self._ledger.reached, turned, effort):
+            return True
+        if goes_on or away(there, name) > FALLS or (self._awaited(name) and not _is_held(there, name)):
             self._fallen[name] = here
         return False
 
-    def _awaited(self, name: str) -> bool:
+    def _awaited(self, name: str, but: Collection[str] = ()) -> bool:
         """Whether another object is still to come to where it may hold an object at its goal."""
         workspace = self._asker.workspace
         near = within(workspace, name, FELT, workspace.goals[name]).goals
-        return any(other != name and workspace.start[other] != goal for other, goal in near.items())
+        return any(other not in (name, *but) and workspace.start[other] != goal for other, goal in near.items())
 
     def _surroundings(self, name: str) -> Placements:
         """What stands within a hand's reach of an object, or of its goal: all else seldom decides a short try.

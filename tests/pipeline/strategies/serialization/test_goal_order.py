@@ -21,6 +21,7 @@ from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker
 from tamp.planning import Report, Solution
 from tamp.streams.values import Placement
 from tamp.task import At, Box, Cylinder, Object, On, Pose, Region, Release, Task, load_robot
+from tests.checking.test_given_way import rocker, tilted
 from tests.pipeline.samplers import NO_HANDS, from_above, no_grasp, no_slide
 from tests.streams.tables import CRATE
 
@@ -358,6 +359,16 @@ def test_what_nothing_holds_at_its_goal_waits_for_others_that_may_though_a_simul
     ordering._sweep(EFFORTS[0], {"cube"})
     assert bool(questions) is asked
     assert asked or ordering.left["red"] == "it does not stay there before others come"
+
+
+@pytest.mark.parametrize(("tilt", "goes_on"), [(0.14, True), (0.0, False)])
+def test_where_something_of_several_pieces_goes_on_from_its_goal_is_asked_of_physics(tmp_path, tilt, goes_on):
+    """By 12 mm: contacts within millimetres have it in balance there, and the checker refuses to let it go."""
+    thing, _ = rocker(tmp_path, handle=True, tilt=0.14)
+    begin = attempt(Task("lain", (replace(thing, pose=Pose((0.05, 0.2, 0.0)), goal=At(Pose((0.05, -0.1, 0.0)))),)))
+    goal = Placement(Pose((0.05, -0.1, 0.001)) @ Pose.from_matrix(tilted(tilt)), ("table",))
+    begin = replace(begin, workspace=replace(begin.workspace, goals={"rocker": goal}))
+    assert Ordering(begin, 0, time.monotonic() + 600.0, "adaptive")._uncertain("rocker") == goes_on
 
 
 def test_what_would_tip_what_carries_it_is_not_asked_for_again_before_others_come(monkeypatch):
