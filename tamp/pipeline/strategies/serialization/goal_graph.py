@@ -8,9 +8,10 @@ from dataclasses import replace
 from tamp.scoring.ede import ede, mean_edge
 from tamp.scoring.score import SOLVED_WITHIN_M, fact_text
 from tamp.streams.collisions import overlap
+from tamp.streams.placing.packing import crowded
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
-from tamp.task import At, In, On
+from tamp.task import At, Goal, In, On
 
 
 def goal_names(workspace: Workspace) -> list[str]:
@@ -137,3 +138,13 @@ def _all_below(places: Mapping[str, Placement], name: str) -> list[str]:
                 found.append(lower)
                 waiting.append(lower)
     return found
+
+
+def takes_room(workspace: Workspace, goal: Goal | None) -> bool:
+    """Whether it is open where a goal is reached, so that one that is reached alone may take the room of the next.
+
+    Where a region is filled in rows it does not: there a jam shall cost one object and not the plan for all.
+    """
+    regions = {region.name: region for region in workspace.task.regions}
+    in_rows = isinstance(goal, On) and goal.target in regions and crowded(workspace, regions[goal.target])
+    return isinstance(goal, On | In) and not in_rows

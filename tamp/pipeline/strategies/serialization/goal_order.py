@@ -10,7 +10,13 @@ from tamp import clock
 from tamp.pipeline.strategies.known import NOTHING, Known
 from tamp.pipeline.strategies.serialization.clear_space import make_room, stuck
 from tamp.pipeline.strategies.serialization.feasibility import Prospects, barred, clearest_first
-from tamp.pipeline.strategies.serialization.goal_graph import asking_for, away, goal_supports, supports_first
+from tamp.pipeline.strategies.serialization.goal_graph import (
+    asking_for,
+    away,
+    goal_supports,
+    supports_first,
+    takes_room,
+)
 from tamp.pipeline.strategies.serialization.ledger import Early, Ledger
 from tamp.pipeline.strategies.serialization.nearest_placement import bring_near, bring_to_rest, rest_from_goal
 from tamp.pipeline.strategies.serialization.partial_plan import SHIFTED, Attempt, Progress
@@ -23,10 +29,8 @@ from tamp.streams.affordances.stable_poses import rolls
 from tamp.streams.affordances.stack_balance import tips_with
 from tamp.streams.affordances.support import stands_on
 from tamp.streams.hand.clearance import reach_of_hand
-from tamp.streams.placing.packing import crowded
 from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
-from tamp.task import Goal, In, On
 
 UNLIMITED = 1_000_000
 REST = 0.5  # of what a try for all goals gets goes to one for those that single tries have left: it succeeds soon
@@ -129,7 +133,7 @@ class Ordering:
 
     def _reach_objects(self, persistent: bool) -> None:
         begin, task = self.progress.now, self.progress.now.setup.task
-        if task.goal or any(_takes_room(begin.workspace, obj.goal) for obj in task.objects):
+        if task.goal or any(takes_room(begin.workspace, obj.goal) for obj in task.objects):
             with self._asker.within(self._asker.tuning.together_share):
                 if self._all_together(self._asker.tuning.together_iterations):
                     return
@@ -317,11 +321,13 @@ class Ordering:
     def _goes_on(self, name: str) -> bool:
         """Whether physics has an object go on from its goal on one body by more than the checker lets what is let go.
 
-        What is convex, on what is convex, does not if it is in balance.
+        What is convex, on what is convex, does not if it is in balance; nor does what nothing else is to touch there,
+        since goals are at rest together.
         """
         workspace = self._asker.workspace
         goal, bodies = workspace.goals[name], [name, *goal_supports(workspace, name)]
-        if len(goal.on) != 1 or all(len(workspace.world.geometries[body].parts) == 1 for body in bodies):
+        convex = all(len(workspace.world.geometries[body].parts) == 1 for body in bodies)
+        if len(goal.on) != 1 or convex or not self._awaited(name):
             return False
         here, (seen, found) = self._surroundings(name), self._going_on.get(name, (None, False))
         if seen != here:
@@ -393,13 +399,3 @@ def _is_held(workspace: Workspace, name: str) -> bool:
     """Whether what an object is felt to touch where it stands holds it there, by forces within friction."""
     others = {other: place for other, place in workspace.start.items() if other != name}
     return in_equilibrium(workspace, {name: workspace.start[name]}, others, near=FELT)
-
-
-def _takes_room(workspace: Workspace, goal: Goal | None) -> bool:
-    """Whether it is open where a goal is reached, so that one that is reached alone may take the room of the next.
-
-    Where a region is filled in rows it does not: there a jam shall cost one object and not the plan for all.
-    """
-    regions = {region.name: region for region in workspace.task.regions}
-    in_rows = isinstance(goal, On) and goal.target in regions and crowded(workspace, regions[goal.target])
-    return isinstance(goal, On | In) and not in_rows
