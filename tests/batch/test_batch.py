@@ -16,31 +16,16 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from multiprocessing import forkserver
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from tamp.batch import RESULTS, Batch, run_together
+from tamp.batch import RESULTS, Batch
 from tamp.batch.pool import Job, run_jobs
 from tamp.batch.processes import available
-from tamp.errors import TampError
-from tamp.results import Result, read_results
-from tamp.task import Task
-
-WORK = "tests.batch.toys:work"
+from tamp.results import read_results
+from tests.batch.batches import WORK, run_batch, tasks_named
 
 needs_proc = pytest.mark.skipif(not available(), reason="this system has no /proc")
-
-
-def _tasks(*names: str) -> list[Task]:
-    return [Task(name, (), path=Path(f"{name}.yaml")) for name in names]
-
-
-def _run(*names: str, options: dict[str, Any] | None = None, **bounds: Any) -> dict[tuple[str, int], Result]:
-    batch = Batch(_tasks(*names), options=options or {}, work=WORK, **bounds)
-    results = list(batch.run())
-    assert len({(r.task, r.seed) for r in results}) == len(results)
-    return {(r.task, r.seed): r for r in results}
 
 
 def _gone(pid: int) -> bool:
@@ -51,7 +36,7 @@ def _gone(pid: int) -> bool:
 
 
 def test_a_job_that_goes_wrong_costs_only_itself() -> None:
-    results = _run("ok_1", "crash", "exit", "raise", "kill", "ok_2", workers=2, seeds=(0, 7))
+    results = run_batch("ok_1", "crash", "exit", "raise", "kill", "ok_2", workers=2, seeds=(0, 7))
     assert len(results) == 12
     assert {name: results[name, 7].status for name in ("ok_1", "crash", "exit", "raise", "kill", "ok_2")} == {
         "ok_1": "solved", "crash": "error", "exit": "error", "raise": "error", "kill": "error", "ok_2": "solved",
@@ -107,7 +92,7 @@ def test_a_worker_whose_batch_is_gone_ends_without_a_word(tmp_path: Path) -> Non
 @needs_proc
 def test_a_job_that_hangs_ends_with_all_it_started(tmp_path: Path) -> None:
     pids = tmp_path / "pids"
-    results = _run("hang", "ok", options={"pids": str(pids)}, time_limit_s=8.0)
+    results = run_batch("hang", "ok", options={"pids": str(pids)}, time_limit_s=8.0)
     assert results["hang", 0].status == "timeout"
     assert "ended from outside after 8 s" in results["hang", 0].message
     assert results["ok", 0].solved
@@ -117,7 +102,7 @@ def test_a_job_that_hangs_ends_with_all_it_started(tmp_path: Path) -> None:
 
 
 def test_a_job_says_itself_by_when_it_must_have_ended() -> None:
-    results = _run("late", "ok", time_limit_s=60.0)
+    results = run_batch("late", "ok", time_limit_s=60.0)
     assert results["late", 0].status == "timeout"
     assert "planning did not end with its limit" in results["late", 0].message
     assert results["ok", 0].solved
@@ -125,7 +110,7 @@ def test_a_job_says_itself_by_when_it_must_have_ended() -> None:
 
 def test_a_job_whose_fork_server_dies_is_run_again(tmp_path: Path) -> None:
     once = tmp_path / "once"
-    results = _run("orphan", "ok", options={"once": str(once)})
+    results = run_batch("orphan", "ok", options={"once": str(once)})
     assert {r.status for r in results.values()} == {"solved"}
     assert once.is_file()
 
@@ -158,157 +143,10 @@ def test_who_interrupts_while_a_worker_is_asked_for_leaves_no_half_request_to_th
 
 @needs_proc
 def test_a_job_that_eats_memory_is_ended() -> None:
-    results = _run("eat", "ok", memory_limit=400 << 20, time_limit_s=60.0)
+    results = run_batch("eat", "ok", memory_limit=400 << 20, time_limit_s=60.0)
     assert results["eat", 0].status == "error"
     assert "GiB of memory" in results["eat", 0].message
     assert results["ok", 0].solved
-
-
-def test_resuming_runs_what_is_missing_exactly_once(tmp_path: Path) -> None:
-    ran = tmp_path / "ran"
-    out = tmp_path / "out"
-    options = {"ran": str(ran)}
-    first = _run("a", "b", options=options, output=out)
-    torn = (out / RESULTS).read_bytes() + b'{"task": "c", "se'
-    (out / RESULTS).write_bytes(torn)
-    both = _run("a", "b", "c", options=options, output=out, resume=True, seeds=(0, 1))
-    again = Batch(_tasks("a", "b", "d"), options=options, work=WORK, output=out, resume=True)
-    assert [(done.result.task, done.kept) for done in run_together([again])] == [("a", True), ("b", True), ("d", False)]
-    assert len(first) == 2
-    assert len(both) == 6
-    assert sorted(ran.read_text(encoding="utf-8").split()) == ["a:0", "a:1", "b:0", "b:1", "c:0", "c:1", "d:0"]
-    assert {(r.task, r.seed) for r in read_results(out / RESULTS)} == {*both, ("d", 0)}
-
-
-def test_results_are_never_lost_in_silence(tmp_path: Path) -> None:
-    _run("a", "b", output=tmp_path)
-    before = (tmp_path / RESULTS).read_bytes() + b'{"torn'
-    (tmp_path / RESULTS).write_bytes(before)
-    with pytest.raises(TampError, match=r"already: --resume runs what is missing; --overwrite .* nothing was touched"):
-        _run("a", output=tmp_path)
-    with pytest.raises(
-        TampError, match=r"what is missing, and again what was made otherwise: sleep \(1\); --overwrite"
-    ):
-        _run("a", output=tmp_path, options={"sleep": 0.1})
-    assert (tmp_path / RESULTS).read_bytes() == before
-    _run("a", output=tmp_path, overwrite=True)
-    assert len(read_results(tmp_path / RESULTS)) == 1
-
-
-def test_a_run_folder_without_results_is_kept_too(tmp_path: Path) -> None:
-    (tmp_path / "a-0").mkdir()
-    with pytest.raises(TampError, match="a-0 has results already"):
-        _run("a", output=tmp_path)
-
-
-@pytest.mark.parametrize("what", ["an option", "the task", "a version", "code"])
-def test_what_was_made_otherwise_is_run_again(
-    tmp_path: Path, what: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    ran, file = tmp_path / "ran", tmp_path / "a.yaml"
-    file.write_text("objects: []", encoding="utf-8")
-    (tmp_path / "own_search_of_a_batch.py").write_text("", encoding="utf-8")
-    monkeypatch.syspath_prepend(tmp_path)
-    task = Task("a", (), path=file, search="own_search_of_a_batch:find")
-
-    def run(**options: Any) -> None:
-        bounds: dict[str, Any] = {"output": tmp_path / "out", "resume": True, "work": WORK}
-        results = list(Batch([task], options={"ran": str(ran), **options}, **bounds).run())
-        assert len(results) == len(read_results(tmp_path / "out" / RESULTS)) == 1
-
-    run(sleep=0.0)
-    run(sleep=0.0)
-    assert ran.read_text(encoding="utf-8").split() == ["a:0"]
-    if what == "the task":
-        file.write_text("objects: [] # another", encoding="utf-8")
-    if what == "a version":
-        monkeypatch.setattr("tamp.batch.run.versions", lambda: {"numpy": "0.1"})
-    if what == "code":
-        (tmp_path / "own_search_of_a_batch.py").write_text("edited = True", encoding="utf-8")
-    run(sleep=0.1 if what == "an option" else 0.0)
-    assert ran.read_text(encoding="utf-8").split() == ["a:0", "a:0"]
-    assert "made otherwise and run again: 1 of 1 results; what differs:" in caplog.text
-    told = {"an option": "sleep", "the task": "the task", "a version": "numpy", "code": "code of your own"}
-    assert told[what] in caplog.text
-
-
-def test_files_have_the_mode_that_the_umask_says(tmp_path: Path) -> None:
-    before = os.umask(0o027)
-    try:
-        _run("a", output=tmp_path)
-        _run("a", output=tmp_path, overwrite=True)
-    finally:
-        os.umask(before)
-    assert (tmp_path / RESULTS).stat().st_mode & 0o777 == 0o640
-
-
-def test_batches_run_by_turns_and_each_is_first_as_often(tmp_path: Path) -> None:
-    ran = tmp_path / "ran"
-    tasks = _tasks("ok_1", "ok_2", "ok_3", "ok_4")
-    both = [Batch(tasks, options={"ran": str(ran), "as": who}, output=tmp_path / who, work=WORK) for who in ("a", "b")]
-    found = [(done.place, done.result.task) for done in run_together(both)]
-    assert [task for _, task in found] == [name for i in range(1, 5) for name in (f"ok_{i}",) * 2]
-    assert [place for place, _ in found[::2]] == [0, 1, 0, 1]
-    for who in ("a", "b"):
-        made = read_results(tmp_path / who / RESULTS)
-        assert {r.configuration["as"] for r in made} == {who}
-        assert len(made) == 4
-    with pytest.raises(TampError, match="has results already"):
-        list(run_together([Batch(tasks, output=tmp_path / "c", work=WORK), both[1]]))
-    assert not (tmp_path / "c").exists(), "nothing is touched"
-
-
-def test_two_batches_do_not_share_a_results_file(tmp_path: Path) -> None:
-    first = Batch(_tasks("a", "b"), output=tmp_path, work=WORK).run()
-    next(first)
-    with pytest.raises(TampError, match="another batch"):
-        next(Batch(_tasks("a"), output=tmp_path, work=WORK, overwrite=True).run())
-    assert len(read_results(tmp_path / RESULTS)) == 1
-    first.close()
-
-
-def test_a_full_disk_is_reported_and_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    runs = Batch(_tasks("a", "b"), output=tmp_path, work=WORK).run()
-    next(runs)
-    write = os.write
-    monkeypatch.setattr(os, "write", lambda fd, data: write(fd, data[:10]) if b"task" in data[:10] else write(fd, data))
-    with pytest.raises(TampError, match="the disk is full; the results before this one are kept"):
-        next(runs)
-    assert [r.task for r in read_results(tmp_path / RESULTS)] == ["a"]
-
-
-def test_a_job_that_finds_the_disk_full_ends_the_batch_and_can_run_later(tmp_path: Path) -> None:
-    with pytest.raises(TampError, match="No space left on device; the results before"):
-        _run("ok_1", "full", "ok_2", output=tmp_path)
-    assert [result.task for result in read_results(tmp_path / RESULTS)] == ["ok_1"]
-
-
-def test_tasks_of_the_same_name_are_refused() -> None:
-    with pytest.raises(TampError, match=r"names must differ: a\.yaml and a\.yaml both are 'a'"):
-        Batch(_tasks("a", "a"))
-
-
-def test_results_are_not_written_through_a_link(tmp_path: Path) -> None:
-    mine = tmp_path / "mine.txt"
-    mine.write_text("a line without an end")
-    output = tmp_path / "theirs"
-    output.mkdir()
-    (output / RESULTS).symlink_to(mine)
-    with pytest.raises(TampError, match="it is a link; choose another --output"):
-        list(Batch(_tasks("a"), work=WORK, output=output, resume=True).run())
-    assert mine.read_text() == "a line without an end"
-
-
-def test_a_pipe_in_place_of_results_is_not_waited_for(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / RESULTS)
-    with pytest.raises(TampError, match="it is no regular file; choose another --output"):
-        list(Batch(_tasks("a"), work=WORK, output=tmp_path, resume=True).run())
-
-
-def test_an_unwritable_output_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("", encoding="utf-8")
-    with pytest.raises(TampError, match="cannot be written"):
-        next(Batch(_tasks("a"), output=tmp_path / "file", work=WORK).run())
 
 
 SCRIPT = """
@@ -375,7 +213,7 @@ def test_an_interrupt_while_a_process_is_tidied_up_after_is_not_lost(monkeypatch
 def test_under_a_killer_every_task_has_one_result(tmp_path: Path) -> None:
     """Worker after worker is killed at random moments; nothing is lost and nothing counted twice."""
     names = [f"slow_{i}" for i in range(20)]
-    batch = Batch(_tasks(*names), options={"sleep": 0.2}, output=tmp_path, work=WORK, workers=2)
+    batch = Batch(tasks_named(*names), options={"sleep": 0.2}, output=tmp_path, work=WORK, workers=2)
     seen: list[str] = []
     ended = threading.Event()
     with ThreadPoolExecutor(1) as pool:
