@@ -7,11 +7,15 @@ from dataclasses import replace
 
 from tamp.scoring.ede import ede, mean_edge
 from tamp.scoring.score import SOLVED_WITHIN_M, fact_text
+from tamp.streams.affordances.neighbours import within
 from tamp.streams.collisions import overlap
+from tamp.streams.hand.clearance import reach_of_hand
 from tamp.streams.placing.packing import crowded
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import At, Goal, In, On
+
+Placements = tuple[tuple[tuple[str, Placement], ...], ...]
 
 
 def goal_names(workspace: Workspace) -> list[str]:
@@ -118,6 +122,16 @@ def alone(workspace: Workspace, name: str) -> Workspace:
     # Where it stands on something now, the goal of that does not matter, nor is what that would rest on there.
     goals = {other: workspace.goals[other] for other in (name, *below) if other in workspace.goals}
     return replace(asking_for(workspace, {name}), start=standing, goals=goals)
+
+
+def surroundings(workspace: Workspace, name: str) -> Placements:
+    """What stands within a hand's reach of an object, or of its goal: all else seldom decides a short try.
+
+    All that stands anywhere, where the goal is no pose.
+    """
+    if name not in workspace.goals:
+        return workspace.placements
+    return within(workspace, name, reach_of_hand(workspace), *workspace.placements_of(name)).placements
 
 
 def supports_in_the_way(workspace: Workspace, name: str) -> list[str]:

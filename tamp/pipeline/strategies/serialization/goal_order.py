@@ -11,35 +11,25 @@ from tamp.pipeline.strategies.known import NOTHING, Known
 from tamp.pipeline.strategies.serialization.clear_space import make_room, stuck
 from tamp.pipeline.strategies.serialization.feasibility import Prospects, barred, clearest_first
 from tamp.pipeline.strategies.serialization.goal_graph import (
+    Placements,
     asking_for,
-    away,
     goal_supports,
     supports_first,
+    surroundings,
     takes_room,
 )
+from tamp.pipeline.strategies.serialization.goal_stability import GoalStability
 from tamp.pipeline.strategies.serialization.ledger import Early, Ledger
-from tamp.pipeline.strategies.serialization.nearest_placement import bring_near, bring_to_rest, rest_from_goal
-from tamp.pipeline.strategies.serialization.partial_plan import SHIFTED, Attempt, Progress
+from tamp.pipeline.strategies.serialization.nearest_placement import bring_near
+from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
 from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, LAST, Asker, Effort, reason
 from tamp.planning import Report, Solution, combined
-from tamp.scoring.ede import ede, mean_edge
-from tamp.streams.affordances.friction_cones import in_equilibrium
-from tamp.streams.affordances.neighbours import within
-from tamp.streams.affordances.stable_poses import rolls
 from tamp.streams.affordances.stack_balance import tips_with
-from tamp.streams.affordances.support import stands_on
-from tamp.streams.hand.clearance import reach_of_hand
 from tamp.streams.values import Placement
-from tamp.streams.workspace import Workspace
 
 UNLIMITED = 1_000_000
 REST = 0.5  # of what a try for all goals gets goes to one for those that single tries have left: it succeeds soon
-FALLS = 0.03  # what comes to rest so far from its goal (EDE) does not stay there [m]
-GOES_ON = 0.01  # what comes to rest so far from where it was let go (EDE) the checker refuses to have let go there [m]
-FELT = 0.003  # surface so near to another body touches it: the checker counts on no more [m]
 ALONE = 0.5  # of what a goal gets for which others may move goes to it while they do not
-
-Placements = tuple[tuple[tuple[str, Placement], ...], ...]
 
 
 class Ordering:
@@ -67,12 +57,10 @@ class Ordering:
         self._asker = Asker(Progress(attempt), seed, deadline, algorithm, unturned=unturned)
         self._prospects = Prospects(self._asker, {name: (start[name], why) for name, why in known.hopeless.items()})
         self._ledger = Ledger(self._asker, known.unsteady)
+        self._stability = GoalStability(self._asker, self._ledger.reached)
         self._early = Early(self._prospects)
         self._together: list[Report] = []
         self._vain: dict[str, Placements] = {}
-        self._rested: dict[tuple[str, Effort], Placements] = {}
-        self._going_on: dict[str, tuple[Placements, bool]] = {}
-        self._fallen: dict[str, Placements] = {}
         self._upsetting: dict[str, Placements] = {}
         self._tries = Counter[str]()
 
@@ -222,7 +210,7 @@ class Ordering:
         for name in names:
             if asker.late:
                 break
-            if not effort.others_move and self._vain.get(name) == self._surroundings(name):
+            if not effort.others_move and self._vain.get(name) == surroundings(workspace, name):
                 continue
             with asker.within(share, asker.tuning.one_goal_least_s):
                 progress |= self._try(name, effort)
@@ -255,14 +243,14 @@ class Ordering:
                 return self._ledger.reach_near([name]) or brought
         asked = asking_for(workspace, self._ledger.reached | {name})
         turned = {name} if self._prospects.turned(name) and not self._asker.stays_unturned(name) else set[str]()
-        if bar is None and self._uncertain(name):
-            if self._brought_to_rest(name, turned, effort):
+        if bar is None and self._stability.uncertain(name):
+            if self._stability.brought_to_rest(name, turned, effort):
                 return self._ledger.reach_near([name])
-            if self._fallen.get(name) == self._surroundings(name):
-                until = " before others come" if self._awaited(name) else ""
+            if self._stability.falls(name):
+                until = " before others come" if self._stability.awaited(name) else ""
                 self._left[name] = f"it does not stay there{until}"
                 return False
-        if bar is None and self._upsetting.get(name) == self._surroundings(name):
+        if bar is None and self._upsetting.get(name) == surroundings(self._asker.workspace, name):
             return False
         movable, regrasped = (None, self._prospects.regrasped) if effort.others_move else ({name}, turned)
         self._tries[name] += effort.others_move
@@ -287,92 +275,19 @@ class Ordering:
         if sent_back:
             self._prospects.mislead(name)
         tips = name in workspace.goals and tips_with(workspace, name, workspace.goals[name])
-        if (sent_back or tips) and self._brought_to_rest(name, turned, effort):
+        if (sent_back or tips) and self._stability.brought_to_rest(name, turned, effort):
             return self._ledger.reach_near([name])
         if tips:
-            self._upsetting[name] = self._surroundings(name)
+            self._upsetting[name] = surroundings(self._asker.workspace, name)
         if solution.plan is None:
             if not effort.others_move:
-                self._vain[name] = self._surroundings(name)
+                self._vain[name] = surroundings(self._asker.workspace, name)
             elif solution.status == "failed":  # all samples were of no use: with others it may be a matter of a moment
                 self._asker.refusals[name] += 1
             return False
         if effort.others_move:  # what is refused is tried by way of another grasp
             self._prospects.regrasped.add(name)
         return False
-
-    def _uncertain(self, name: str) -> bool:
-        """Whether only physics tells if an object stays at its goal before all others are at theirs.
-
-        It may be in balance by a little only, or lie so that it would roll on, and what carries it may stand otherwise
-        than where the goals settled.
-        """
-        workspace, settled = self._asker.workspace, self.progress.now.setup.goals
-        if name not in workspace.goals:
-            return False
-        under = {lower: workspace.start[lower] for lower in goal_supports(workspace, name)}
-        edges = {lower: mean_edge(workspace.task.object(lower).shape) for lower in under}
-        if any(ede(edges[lower], place.pose, settled[lower].pose) > SHIFTED for lower, place in under.items()):
-            return True
-        goal, geometry = workspace.goals[name], workspace.world.geometries[name]
-        turns = rolls(geometry, goal.pose.matrix[:3, :3]) or not stands_on(workspace, name, goal, under)
-        return turns or self._goes_on(name)
-
-    def _goes_on(self, name: str) -> bool:
-        """Whether physics has an object go on from its goal on one body by more than the checker lets what is let go.
-
-        What is convex, on what is convex, does not if it is in balance; nor does what nothing else is to touch there,
-        since goals are at rest together.
-        """
-        workspace = self._asker.workspace
-        goal, bodies = workspace.goals[name], [name, *goal_supports(workspace, name)]
-        convex = all(len(workspace.world.geometries[body].parts) == 1 for body in bodies)
-        if len(goal.on) != 1 or convex or not self._awaited(name):
-            return False
-        here, (seen, found) = self._surroundings(name), self._going_on.get(name, (None, False))
-        if seen != here:
-            there = rest_from_goal(self._asker, name)
-            found = there is not None and away(there, name) > GOES_ON
-            self._going_on[name] = here, found
-        return found
-
-    def _brought_to_rest(self, name: str, turned: Collection[str], effort: Effort) -> bool:
-        """Put an object to where it comes to rest from its goal, if that is near; whether it was.
-
-        That is tried once with each effort for each way in which others stand there. What falls waits for a change, and
-        so does what goes on: for others that may hold it, and do not rest on it, where they need not be moved for it.
-        """
-        here = self._surroundings(name)
-        if self._rested.get((name, effort)) == here:
-            return False
-        self._rested[name, effort] = here
-        there = rest_from_goal(self._asker, name)
-        if there is None:
-            return False
-        goes_on = self._goes_on(name)
-        resting = {other for other, goal in there.goals.items() if name in goal.on}
-        waits = goes_on and not effort.others_move and self._awaited(name, resting)
-        if not waits and bring_to_rest(self._asker, name, there, self._ledger.reached, turned, effort):
-            return True
-        if goes_on or away(there, name) > FALLS or (self._awaited(name) and not _is_held(there, name)):
-            self._fallen[name] = here
-        return False
-
-    def _awaited(self, name: str, but: Collection[str] = ()) -> bool:
-        """Whether another object is still to come to where it may hold an object at its goal."""
-        workspace = self._asker.workspace
-        near = within(workspace, name, FELT, workspace.goals[name]).goals
-        return any(other not in (name, *but) and workspace.start[other] != goal for other, goal in near.items())
-
-    def _surroundings(self, name: str) -> Placements:
-        """What stands within a hand's reach of an object, or of its goal: all else seldom decides a short try.
-
-        All that stands anywhere, where the goal is no pose.
-        """
-        workspace = self._asker.workspace
-        if name not in workspace.goals:
-            return workspace.placements
-        return within(workspace, name, reach_of_hand(workspace), *workspace.placements_of(name)).placements
 
     def _share(self, names: Sequence[str], effort: Effort) -> float:
         """Of the time that is left, what goes to one of the goals at most: the more, the fewer wait for theirs.
@@ -393,9 +308,3 @@ class Ordering:
         """Why an object need not be tried while no other moves: that would only be found out more slowly."""
         asker = self._asker
         return barred(asker.workspace, name, self.progress.now.samplers, asker.drawn_seed(name), asker.deadline)
-
-
-def _is_held(workspace: Workspace, name: str) -> bool:
-    """Whether what an object is felt to touch where it stands holds it there, by forces within friction."""
-    others = {other: place for other, place in workspace.start.items() if other != name}
-    return in_equilibrium(workspace, {name: workspace.start[name]}, others, near=FELT)

@@ -11,17 +11,17 @@ from tamp.pipeline.options.settings import Settings
 from tamp.pipeline.plan import Planning
 from tamp.pipeline.prepare import prepare
 from tamp.pipeline.solving.job import Job
-from tamp.pipeline.strategies.serialization import goal_order
+from tamp.pipeline.strategies.serialization import goal_stability
 from tamp.pipeline.strategies.serialization import ledger as early
 from tamp.pipeline.strategies.serialization.feasibility import Prospects
 from tamp.pipeline.strategies.serialization.goal_order import Ordering
+from tamp.pipeline.strategies.serialization.goal_stability import GoalStability
 from tamp.pipeline.strategies.serialization.ledger import Early, Ledger
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
 from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker
 from tamp.planning import Report, Solution
 from tamp.streams.values import Placement
 from tamp.task import At, Box, Cylinder, Object, On, Pose, Region, Release, Task, load_robot
-from tests.checking.test_given_way import rocker, tilted
 from tests.pipeline.samplers import NO_HANDS, from_above, no_grasp, no_slide
 from tests.streams.tables import CRATE
 
@@ -347,8 +347,8 @@ def test_what_nothing_holds_at_its_goal_waits_for_others_that_may_though_a_simul
     begin = replace(begin, workspace=replace(begin.workspace, start=start, goals={"red": place, "cube": beside}))
     ordering = Ordering(begin, 0, time.monotonic() + 600.0, "adaptive")
     stays = replace(begin.workspace, start={**start, "red": place})
-    monkeypatch.setattr(goal_order, "rest_from_goal", lambda *_: stays)
-    monkeypatch.setattr(Ordering, "_uncertain", lambda *_: True)
+    monkeypatch.setattr(goal_stability, "rest_from_goal", lambda *_: stays)
+    monkeypatch.setattr(GoalStability, "uncertain", lambda *_: True)
     questions = []
 
     def ask(asker, *args, ask=Asker.ask, **options):
@@ -359,22 +359,6 @@ def test_what_nothing_holds_at_its_goal_waits_for_others_that_may_though_a_simul
     ordering._sweep(EFFORTS[0], {"cube"})
     assert bool(questions) is asked
     assert asked or ordering.left["red"] == "it does not stay there before others come"
-
-
-@pytest.mark.parametrize(("tilt", "awaited", "goes_on"), [(0.14, True, True), (0.0, True, False), (0.14, False, False)])
-def test_where_something_of_several_pieces_goes_on_from_its_goal_is_asked_of_physics(
-    monkeypatch, tmp_path, tilt, awaited, goes_on
-):
-    """By 12 mm: contacts within millimetres have it in balance there, and the checker refuses to let it go.
-
-    Where no other is to come that may hold it, its goal is where it has settled.
-    """
-    monkeypatch.setattr(Ordering, "_awaited", lambda *_: awaited)
-    thing, _ = rocker(tmp_path, handle=True, tilt=0.14)
-    begin = attempt(Task("lain", (replace(thing, pose=Pose((0.05, 0.2, 0.0)), goal=At(Pose((0.05, -0.1, 0.0)))),)))
-    goal = Placement(Pose((0.05, -0.1, 0.001)) @ Pose.from_matrix(tilted(tilt)), ("table",))
-    begin = replace(begin, workspace=replace(begin.workspace, goals={"rocker": goal}))
-    assert Ordering(begin, 0, time.monotonic() + 600.0, "adaptive")._uncertain("rocker") == goes_on
 
 
 def test_what_would_tip_what_carries_it_is_not_asked_for_again_before_others_come(monkeypatch):

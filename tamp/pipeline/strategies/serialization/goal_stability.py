@@ -1,0 +1,109 @@
+"""Whether objects stay at their goals before all others are at theirs, and where they are put if they do not."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from tamp.pipeline.strategies.serialization.goal_graph import Placements, away, goal_supports, surroundings
+from tamp.pipeline.strategies.serialization.nearest_placement import bring_to_rest, rest_from_goal
+from tamp.pipeline.strategies.serialization.partial_plan import SHIFTED
+from tamp.pipeline.strategies.serialization.subproblem import Asker, Effort
+from tamp.scoring.ede import ede, mean_edge
+from tamp.streams.affordances.friction_cones import in_equilibrium
+from tamp.streams.affordances.neighbours import within
+from tamp.streams.affordances.stable_poses import rolls
+from tamp.streams.affordances.support import stands_on
+from tamp.streams.workspace import Workspace
+
+FALLS = 0.03  # what comes to rest so far from its goal (EDE) does not stay there [m]
+GOES_ON = 0.01  # what comes to rest so far from where it was let go (EDE) the checker refuses to have let go there [m]
+FELT = 0.003  # surface so near to another body touches it: the checker counts on no more [m]
+
+
+class GoalStability:
+    """What physics says of single goals in one search.
+
+    Args:
+        asker: the plan so far, whose workspace says what stands where by now.
+        reached: names of objects that are at their goals, kept up to date by the search.
+    """
+
+    def __init__(self, asker: Asker, reached: Collection[str]) -> None:
+        self._asker = asker
+        self._reached = reached
+        self._rested: dict[tuple[str, Effort], Placements] = {}
+        self._going_on: dict[str, tuple[Placements, bool]] = {}
+        self._fallen: dict[str, Placements] = {}
+
+    def uncertain(self, name: str) -> bool:
+        """Whether only physics tells if an object stays at its goal before all others are at theirs.
+
+        It may be in balance by a little only, or lie so that it would roll on, and what carries it may stand otherwise
+        than where the goals settled.
+        """
+        workspace, settled = self._asker.workspace, self._asker.progress.now.setup.goals
+        if name not in workspace.goals:
+            return False
+        under = {lower: workspace.start[lower] for lower in goal_supports(workspace, name)}
+        edges = {lower: mean_edge(workspace.task.object(lower).shape) for lower in under}
+        if any(ede(edges[lower], place.pose, settled[lower].pose) > SHIFTED for lower, place in under.items()):
+            return True
+        goal, geometry = workspace.goals[name], workspace.world.geometries[name]
+        turns = rolls(geometry, goal.pose.matrix[:3, :3]) or not stands_on(workspace, name, goal, under)
+        return turns or self.goes_on(name)
+
+    def goes_on(self, name: str) -> bool:
+        """Whether physics has an object go on from its goal on one body by more than the checker lets what is let go.
+
+        What is convex, on what is convex, does not if it is in balance; nor does what nothing else is to touch there,
+        since goals are at rest together.
+        """
+        workspace = self._asker.workspace
+        goal, bodies = workspace.goals[name], [name, *goal_supports(workspace, name)]
+        convex = all(len(workspace.world.geometries[body].parts) == 1 for body in bodies)
+        if len(goal.on) != 1 or convex or not self.awaited(name):
+            return False
+        here, (seen, found) = surroundings(workspace, name), self._going_on.get(name, (None, False))
+        if seen != here:
+            there = rest_from_goal(self._asker, name)
+            found = there is not None and away(there, name) > GOES_ON
+            self._going_on[name] = here, found
+        return found
+
+    def falls(self, name: str) -> bool:
+        """Whether an object is known to fall from its goal, or to go on, with all that stands there by now."""
+        return self._fallen.get(name) == surroundings(self._asker.workspace, name)
+
+    def brought_to_rest(self, name: str, turned: Collection[str], effort: Effort) -> bool:
+        """Put an object to where it comes to rest from its goal, if that is near; whether it was.
+
+        That is tried once with each effort for each way in which others stand there. What falls waits for a change, and
+        so does what goes on: for others that may hold it, and do not rest on it, where they need not be moved for it.
+        """
+        here = surroundings(self._asker.workspace, name)
+        if self._rested.get((name, effort)) == here:
+            return False
+        self._rested[name, effort] = here
+        there = rest_from_goal(self._asker, name)
+        if there is None:
+            return False
+        goes_on = self.goes_on(name)
+        resting = {other for other, goal in there.goals.items() if name in goal.on}
+        waits = goes_on and not effort.others_move and self.awaited(name, resting)
+        if not waits and bring_to_rest(self._asker, name, there, self._reached, turned, effort):
+            return True
+        if goes_on or away(there, name) > FALLS or (self.awaited(name) and not _is_held(there, name)):
+            self._fallen[name] = here
+        return False
+
+    def awaited(self, name: str, but: Collection[str] = ()) -> bool:
+        """Whether another object is still to come to where it may hold an object at its goal."""
+        workspace = self._asker.workspace
+        near = within(workspace, name, FELT, workspace.goals[name]).goals
+        return any(other not in (name, *but) and workspace.start[other] != goal for other, goal in near.items())
+
+
+def _is_held(workspace: Workspace, name: str) -> bool:
+    """Whether what an object is felt to touch where it stands holds it there, by forces within friction."""
+    others = {other: place for other, place in workspace.start.items() if other != name}
+    return in_equilibrium(workspace, {name: workspace.start[name]}, others, near=FELT)
