@@ -16,6 +16,7 @@ from tamp.pipeline.situation import SAME_PLACE
 from tamp.pipeline.strategies.serialization.goal_graph import away
 from tamp.pipeline.strategies.serialization.partial_plan import Progress
 from tamp.planning import GroundAction, Problem, Report, Reuse, Solution, solve
+from tamp.planning.strategies.all_at_once import AllAtOnce
 from tamp.planning.strategies.net_benefit import NetBenefit
 from tamp.planning.strategies.strategy import Strategy as PlannerStrategy
 from tamp.planning.strategies.strategy import supports_soft_goals
@@ -27,6 +28,7 @@ from tamp.task import At
 SYMBOLIC_WORTH = 500.0  # of a goal without a pose, in millimetres of error
 ENOUGH = 8.0  # a plan that costs no more for each goal, an action counting as a millimetre, is not improved on
 ALL = ""  # in place of an object's name, what a question is about
+FIRST = AllAtOnce(shorten=False)  # one plan is as good as another where it is a part of a longer one
 ANOTHER_SEED = 1_000_003  # seeds of one run differ by multiples of this, more than any two seeds of a user's
 
 
@@ -97,7 +99,7 @@ class Asker:
         movable: Container[str] | None,
         samplers: Mapping[str, Callable[..., Any]] | None = None,
         regrasped: Collection[str] = (),
-        strategy: str | PlannerStrategy = "all-at-once",
+        strategy: str | PlannerStrategy = FIRST,
         either: bool = False,
         about: str = ALL,
         known: Solution | None = None,
@@ -123,7 +125,7 @@ class Asker:
         if strategy == "net-benefit" or supports_soft_goals(strategy):
             problem = softened(problem, workspace)
             if not problem.soft_goals:
-                strategy = "all-at-once"
+                strategy = FIRST
             elif strategy == "net-benefit":
                 strategy = NetBenefit(enough=ENOUGH * len(problem.soft_goals))
         search = now.setup.settings.chosen("search")
