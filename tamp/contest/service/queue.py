@@ -28,6 +28,7 @@ from tamp.contest.service.conditions import (
 from tamp.contest.service.contest import Contest, Kind
 from tamp.contest.service.store import ASIDE, CONDITIONS, DONE, QUEUED, RUNNING, SUBMISSIONS, TRIALS, Store
 from tamp.errors import TampError
+from tamp.results import from_json
 
 LEASE_S = 60.0
 """How long a worker may be silent before its run is given to another one [s]."""
@@ -63,7 +64,8 @@ def claim(store: Store, lease_s: float = LEASE_S) -> Claim | None:
     Submissions take turns: the one with the fewest runs begun comes first, so that nobody waits for a long one.
     """
     now, lease = time.time(), uuid.uuid4().hex
-    free = or_(TRIALS.c.state == "queued", and_(TRIALS.c.state == "running", TRIALS.c.until < now))
+    rested = or_(TRIALS.c.until.is_(None), TRIALS.c.until < now)
+    free = and_(TRIALS.c.state.in_((QUEUED, RUNNING)), rested)
     begun = (
         select(TRIALS.c.submission, func.sum(TRIALS.c.claims).label("begun")).group_by(TRIALS.c.submission).subquery()
     )
@@ -115,9 +117,24 @@ def finish(store: Store, held: Claim, result: str, log: str) -> bool:
 
 def give_back(store: Store, held: Claim) -> None:
     """Put a run that could not be done back into the queue."""
+    _requeue(store, held, until=None)
+
+
+def put_off(store: Store, held: Claim, pause_s: float) -> None:
+    """Put a run that could not be begun back into the queue as if it had not been claimed, for later.
+
+    Args:
+        store: the database.
+        held: the run.
+        pause_s: how long others come before it [s]: what has been claimed least often is first otherwise.
+    """
+    _requeue(store, held, until=time.time() + pause_s, claims=TRIALS.c.claims - 1)
+
+
+def _requeue(store: Store, held: Claim, **values: Any) -> None:
     with store.change() as connection:
         mine = (TRIALS.c.id == held.trial, TRIALS.c.lease == held.lease, TRIALS.c.state == "running")
-        connection.execute(update(TRIALS).where(*mine).values(state="queued", lease=None, until=None))
+        connection.execute(update(TRIALS).where(*mine).values(state="queued", lease=None, **values))
 
 
 def waiting(store: Store) -> int:
@@ -164,7 +181,8 @@ class Renewal:
 def refresh(store: Store, contest: Contest, *, everything: bool = False) -> Renewal:
     """Hold all submissions against rules and tasks as they are now; no worker may be at work.
 
-    Runs that are missing or were done under other conditions are queued, and those that no longer count put aside.
+    Runs that are missing, that the server could not do, or that were done under other conditions are queued, and those
+    that no longer count put aside.
 
     Args:
         store: the database.
@@ -182,7 +200,8 @@ def refresh(store: Store, contest: Contest, *, everything: bool = False) -> Rene
             wanted = list(runs(now, kind))
             _add_missing(connection, number, wanted)
             for row in connection.execute(select(TRIALS).where(TRIALS.c.submission == number)).all():
-                stale = afresh or row.result is None or (row.task in now.tasks[kind] and row.task not in same)
+                lost = row.result is None or from_json(row.result).status == "error"
+                stale = afresh or lost or (row.task in now.tasks[kind] and row.task not in same)
                 counts = (row.task, row.simulator, row.run) in wanted
                 _put(connection, row.id, (QUEUED if stale else DONE) if counts else ASIDE, stale=stale)
                 queued += [row.id] if stale and counts else []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import logging
 import tempfile
 import threading
@@ -17,7 +18,7 @@ from tamp.contest.package import unpack
 from tamp.contest.sandbox.isolation import Sandbox
 from tamp.contest.service import films, queue
 from tamp.contest.service.contest import Contest
-from tamp.contest.service.store import OUT_OF_REACH, Store, StoreFullError
+from tamp.contest.service.store import OUT_OF_REACH, DamagedError, Store, StoreFullError
 from tamp.contest.service.submissions import package_path
 from tamp.results import Result, to_json
 
@@ -33,6 +34,19 @@ MOST_CLAIMS = 8
 
 IDLE_S = 1.0
 """Time between two looks into an empty queue [s]."""
+
+
+PUT_OFF_S = 60.0
+"""When a run is tried again that could not be begun for want of something [s]."""
+
+SHORTAGES = frozenset(
+    getattr(errno, name) for name in ("ENOSPC", "EDQUOT", "EROFS", "EIO", "EMFILE", "ENFILE", "ENOMEM", "EAGAIN")
+)
+"""Of disk, handles, memory or processes: the machine's, for which no run is to pay."""
+
+
+class _NotBegunError(Exception):
+    """The sandbox ended before anything of the solution was run."""
 
 
 class _Stopped(Exception):  # noqa: N818  the end of a worker whose database is gone
@@ -99,7 +113,7 @@ class Worker:
             package_file = package_path(self.data, held.sha256, Path(held.file).suffix.lower())
             with tempfile.TemporaryDirectory(prefix="tamp-solution-") as folder:
                 package = unpack(package_file, Path(folder) / "solution", rules.uploads)
-                return run_trial(
+                trial = run_trial(
                     task,
                     package,
                     rules=rules,
@@ -108,14 +122,30 @@ class Worker:
                     sandbox=self.sandbox,
                     film=True,
                 )
+            if trial.ending.reason == "start":
+                printed = trial.log.decode("utf-8", errors="replace").strip().splitlines()
+                raise _NotBegunError(": ".join([trial.ending.message, *printed[-1:]]))
         except Exception as error:  # a run that the server cannot do must not keep it from others
-            LOG.exception("run %d of %s failed on the server", held.trial, held.submission)
-            if held.claims < TRIES:
-                self._patiently(lambda: queue.give_back(self.store, held))
-                time.sleep(IDLE_S)
-                return None
-            self._give_up(held, f"the server could not do this run: {type(error).__name__}")
+            self._failed(held, error)
             return None
+        return trial
+
+    def _failed(self, held: queue.Claim, error: Exception) -> None:
+        """Have a run that failed on the server tried again: a few times, or later where the machine lacks something."""
+        if isinstance(error, _NotBegunError) or (isinstance(error, OSError) and error.errno in SHORTAGES):
+            LOG.error(
+                "run %d of %s could not be begun, it is tried again in %g s: %s",
+                held.trial, held.submission, PUT_OFF_S, error,
+            )  # fmt: skip
+            self._patiently(lambda: queue.put_off(self.store, held, PUT_OFF_S))
+            time.sleep(IDLE_S)
+            return
+        LOG.error("run %d of %s failed on the server", held.trial, held.submission, exc_info=error)
+        if held.claims < TRIES:
+            self._patiently(lambda: queue.give_back(self.store, held))
+            time.sleep(IDLE_S)
+            return
+        self._give_up(held, f"the server could not do this run: {type(error).__name__}")
 
     def _give_up(self, held: queue.Claim, message: str) -> None:
         """Record that a run cannot be done, so that others have their turn."""
@@ -139,7 +169,7 @@ class Worker:
 
         def renew() -> None:
             while not done.wait(self.lease_s / 4):
-                with suppress(*OUT_OF_REACH, StoreFullError):  # another time is soon
+                with suppress(*OUT_OF_REACH, StoreFullError, DamagedError):  # soon it is tried again, or recorded
                     queue.renew(self.store, held, self.lease_s)
 
         thread = threading.Thread(target=renew, daemon=True)

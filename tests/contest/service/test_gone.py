@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import sqlite3
+import threading
 from collections.abc import Callable
 
 import pytest
@@ -17,6 +18,7 @@ from sqlalchemy.exc import TimeoutError as NoConnectionError
 
 from tamp.cli import main
 from tamp.contest.sandbox.plain import Plain
+from tamp.contest.service import serve
 from tamp.contest.service import worker as working
 from tamp.contest.service.worker import Worker
 from tests.contest.service.served import Service
@@ -112,3 +114,23 @@ def test_idle_workers_wait_for_the_database(service: Service, monkeypatch: pytes
     monkeypatch.setattr(working.films, "make_one", make_one)
     Worker(service.store, service.contest, service.data, Plain()).run(until_empty=True)
     assert not causes
+
+
+@pytest.mark.parametrize("command", [["/bin/sh", "-c", "exit 2"], ["/nowhere/python"]], ids=["ends", "cannot begin"])
+def test_workers_that_end_at_once_are_started_later_and_later_and_that_is_said_once(
+    caplog: pytest.LogCaptureFixture, command: list[str]
+) -> None:
+    pauses: list[float] = []
+
+    class Ending(threading.Event):
+        def wait(self, timeout: float | None = None) -> bool:
+            if timeout != serve.LOOK_S:
+                pauses.append(timeout or 0.0)
+                if len(pauses) == 9:
+                    self.set()
+            return self.is_set()
+
+    serve._keep(command, Ending())
+    assert pauses == [1, 2, 4, 8, 16, 32, 60, 60, 60]
+    said = [record.getMessage() for record in caplog.records]
+    assert len(said) == 1 and ("ended with status 2" in said[0] or "could not be started: No such file" in said[0])

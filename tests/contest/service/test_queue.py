@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import errno
+import logging
+import os
 import time
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,9 +19,10 @@ from sqlalchemy import select, update
 
 from tamp.contest.evaluation.trial import Trial
 from tamp.contest.sandbox.choice import choose
-from tamp.contest.sandbox.isolation import Ending
+from tamp.contest.sandbox.isolation import Ending, Room
 from tamp.contest.sandbox.plain import Plain
 from tamp.contest.service import queue
+from tamp.contest.service import worker as working
 from tamp.contest.service.contest import load_contest
 from tamp.contest.service.scratch import scratch_folder
 from tamp.contest.service.store import TRIALS, Store
@@ -32,12 +37,61 @@ def test_a_run_that_ends_its_workers_is_given_up(service: Service) -> None:
     with service.store.change() as connection:
         connection.execute(update(TRIALS).values(claims=MOST_CLAIMS))
     worker = Worker(service.store, service.contest, service.data, choose(insecure=True))
-    while (held := queue.claim(service.store)) is not None:
-        worker.do(held)
+    while (doomed := queue.claim(service.store)) is not None:
+        worker.do(doomed)
     with service.store.look() as connection:
         rows = connection.execute(select(TRIALS.c.state, TRIALS.c.log)).all()
     assert len(rows) == 4 and {tuple(row) for row in rows} == {("done", "8 workers ended while they did this run")}
     assert service.get("/").status_code == 200
+    assert len(queue.refresh(service.store, service.contest).queued) == 4  # what ended them may be mended
+    held = queue.claim(service.store)
+    assert held is not None and held.claims == 1
+
+
+def test_what_the_machine_lacks_costs_a_run_nothing(
+    service: Service, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """It waits its turn again however often that happens, others have theirs meanwhile, and the log has a line."""
+    service.hand_in(service.ours)
+    monkeypatch.setattr(working, "IDLE_S", 0.0)
+    monkeypatch.setattr(working, "PUT_OFF_S", 0.0)
+    worker = Worker(service.store, service.contest, service.data, _NoSandbox())
+    causes = [None, *(OSError(number, os.strerror(number)) for number in (errno.ENOSPC, errno.EMFILE, errno.EAGAIN))]
+    for cause in causes * MOST_CLAIMS:
+        with monkeypatch.context() as patched:
+            if cause is not None:
+                patched.setattr(working, "unpack", _raise(cause))
+            held = queue.claim(service.store)
+            assert held is not None and held.claims == 1
+            worker.do(held)
+    monkeypatch.setattr(working, "PUT_OFF_S", 1000.0)
+    assert len({_put_off(worker, service) for _ in range(4)}) == 4
+    assert queue.claim(service.store) is None and queue.waiting(service.store) == 4
+    errors = [record for record in caplog.records if record.levelno >= logging.ERROR]
+    assert len(errors) == len(causes) * MOST_CLAIMS + 4
+    assert all(record.exc_info is None and "could not be begun" in record.getMessage() for record in errors)
+    assert "status 3 before run() returned: no namespaces today" in errors[0].getMessage()
+
+
+class _NoSandbox(Plain):
+    """One that worked when the service began, and does not any more."""
+
+    def command(self, room: Room, command: Sequence[str]) -> list[str]:
+        return ["/bin/sh", "-c", "echo no namespaces today; exit 3"]
+
+
+def _raise(error: Exception) -> Callable[..., None]:
+    def fail(*_: object) -> None:
+        raise error
+
+    return fail
+
+
+def _put_off(worker: Worker, service: Service) -> int:
+    held = queue.claim(service.store)
+    assert held is not None
+    worker.do(held)
+    return held.trial
 
 
 def test_a_lease_that_ended_is_given_on_and_its_holder_records_nothing(service: Service) -> None:
