@@ -12,7 +12,7 @@ from sqlalchemy import insert, select, update
 from sqlalchemy.exc import IntegrityError
 
 from tamp.contest.service.store import TEAMS, Store
-from tamp.errors import TampError
+from tamp.errors import TampError, meant
 
 LONGEST = 60
 
@@ -37,7 +37,7 @@ def add_team(store: Store, name: str) -> str:
         TampError: where the name is taken, or looks like one that is, is empty, too long, or holds characters that
             cannot be seen.
     """
-    name = unicodedata.normalize("NFC", name).strip()
+    name = _kept(name)
     if not 0 < len(name) <= LONGEST or any(unicodedata.category(c)[0] in "CZ" and c != " " for c in name):
         raise TampError(f"a team's name has 1 to {LONGEST} characters that can be seen, and spaces between them")
     token = secrets.token_urlsafe(32)
@@ -52,6 +52,11 @@ def add_team(store: Store, name: str) -> str:
     return token
 
 
+def _kept(name: str) -> str:
+    """A name as the database has it, however it was typed: accents are one character with their letter."""
+    return unicodedata.normalize("NFC", name).strip()
+
+
 def _plain(name: str) -> str:
     """A name without what hardly tells it apart: capitals, widths and ligatures, the number of spaces."""
     return " ".join(unicodedata.normalize("NFKC", name).casefold().split())
@@ -63,11 +68,12 @@ def renew_token(store: Store, name: str) -> str:
     Raises:
         TampError: where there is no such team.
     """
-    token = secrets.token_urlsafe(32)
+    name, token = _kept(name), secrets.token_urlsafe(32)
     with store.change() as connection:
         changed = connection.execute(update(TEAMS).where(TEAMS.c.name == name).values(token_sha256=_hash(token)))
     if changed.rowcount != 1:
-        raise TampError(f"there is no team called {name!r}")
+        near = meant(name, team_names(store)).strip()
+        raise TampError(f"there is no team called {name!r}{near and f'; {near}'}")
     return token
 
 

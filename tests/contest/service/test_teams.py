@@ -37,6 +37,14 @@ def test_tokens_are_kept_as_hashes_and_can_be_renewed(service: Service) -> None:
         renew_token(service.store, "nobody")
 
 
+def test_a_team_is_found_however_its_name_was_typed(service: Service) -> None:
+    add_team(service.store, " e\u0301quipe ")
+    found = team_of(service.store, renew_token(service.store, "\u00e9quipe"))
+    assert found is not None and found == team_of(service.store, renew_token(service.store, "e\u0301quipe "))
+    with pytest.raises(TampError, match="there is no team called '\u00c9quipe'; did you mean '\u00e9quipe'"):
+        renew_token(service.store, "\u00c9quipe")
+
+
 @pytest.mark.parametrize(
     ("headers", "status"),
     [
