@@ -72,7 +72,7 @@ HOMES = {
     "embreex": {"perception.rendering.raycast"},
     "submitit": {"batch.slurm"},
     "imageio_ffmpeg": {"report.rendering.images"},
-    "fastapi": {"contest.service.web.app"},
+    "fastapi": {f"contest.service.web.{name}" for name in ("app", "described", "guard")},
     "jinja2": {"contest.service.web.pages", "report.page"},
     "matplotlib": {"report.plots"},
     "coal": {"world.geometry.convex_union"},
@@ -90,6 +90,7 @@ HOMES = {
     },
     "pybullet": {"execution.pybullet.client"},
     "pydantic": {
+        "contest.service.web.described",
         "task.files.errors", "task.files.load", "task.files.robot.robot_file", "task.files.robot.robot_schema",
         "task.files.schema",
     },

@@ -144,6 +144,26 @@ def test_an_upload_that_takes_for_ever_is_ended(service: Service, monkeypatch: p
     assert not list(service.data.glob("scratch/*/"))
 
 
+def test_an_upload_whose_sender_goes_away_leaves_nothing_and_is_no_error(service: Service) -> None:
+    import anyio
+
+    scope = {
+        "type": "http", "http_version": "1.1", "method": "POST", "path": "/api/submissions",
+        "query_string": b"name=a.py",
+        "headers": [(b"authorization", f"Bearer {service.ours}".encode()), (b"content-length", b"1000")],
+    }  # fmt: skip
+    parts = [{"type": "http.request", "body": b"class", "more_body": True}, {"type": "http.disconnect"}]
+
+    async def receive() -> dict[str, object]:
+        return parts.pop(0)
+
+    async def send(_: object) -> None: ...
+
+    anyio.run(service.client.app, scope, receive, send)  # it raised, and the server's log had a traceback
+    assert not parts and not list(service.data.glob("scratch/*/"))
+    assert not service.get("/api/submissions", service.ours).json()
+
+
 def test_a_refusal_calls_the_file_as_its_team_does(service: Service) -> None:
     answer = service.hand_in(service.ours, b"no zip", "our best.zip")
     assert answer.json()["detail"] == "our best.zip: is no zip that can be read: it has no directory"

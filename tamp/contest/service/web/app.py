@@ -6,11 +6,10 @@ import errno
 import io
 import logging
 import zipfile
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, Any
-from urllib.parse import urlsplit
 
 import anyio
 from fastapi import Body, FastAPI, HTTPException, Request, Response
@@ -25,32 +24,18 @@ from tamp.contest.service.store import OUT_OF_REACH, DamagedError, Store, StoreF
 from tamp.contest.service.submissions import TooManyError, accept, count_attempt, left_this_month, suffix_of
 from tamp.contest.service.teams import Team, team_of
 from tamp.contest.service.web import pages
+from tamp.contest.service.web.described import ACCEPTED, ARCHIVE, OPTIONAL, TOKEN, UPLOAD, Submitted, refusals
+from tamp.contest.service.web.guard import add_guards
 from tamp.contest.service.web.pictures import picture, task_archive
 from tamp.errors import TampError
 
 LOG = logging.getLogger(__name__)
 
 COOKIE = "tamp_contest_token"
-HEADERS = {
-    "Content-Security-Policy": "default-src 'self'; img-src 'self' data:; "
-    "frame-ancestors 'none'; base-uri 'none'; form-action 'self'",
-    "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "no-referrer",
-    "Cross-Origin-Opener-Policy": "same-origin",
-    "Cross-Origin-Resource-Policy": "same-origin",
-    "Cache-Control": "private, no-cache",
-}
-"""With every answer, unless it says otherwise: no page or film of a team stays in a cache that others share."""
-SAFE = ("GET", "HEAD", "OPTIONS")
-"""Methods that change nothing."""
 UPLOAD_S = 900.0
 """How long an upload may take [s]."""
-FOREIGN = "a page of another site must not do this with your session"
 FULL = "the server's disk is full; nothing was accepted and nothing is lost, try again later"
 GONE = "the database cannot be reached; try again in a moment"
-FAR_TOO_LARGE = "larger than anything that is asked for here"
-SMALL = 4096
-"""Of the body of a request that is no upload [bytes]; uploads have the rules' limit."""
 UPLOADS = "/api/submissions"
 HIGHEST = (1 << 31) - 1
 """Of a number in the database."""
@@ -75,40 +60,12 @@ def make_app(store: Store, contest: Contest, data: Path) -> FastAPI:
         app.add_exception_handler(kind, routes.out_of_reach)
     app.add_exception_handler(StoreFullError, lambda *_: JSONResponse({"detail": FULL}, 507))
 
-    @app.middleware("http")
-    async def guard(request: Request, call_next: Callable[[Request], Awaitable[Response]]) -> Response:
-        upload = request.url.path == UPLOADS and request.method == "POST"
-        response: Response
-        if request.method not in SAFE and _is_foreign(request):
-            response = JSONResponse({"detail": FOREIGN}, 403)
-        elif not upload and _is_large(request):
-            response = JSONResponse({"detail": FAR_TOO_LARGE}, 413)
-        else:
-            response = await call_next(request)
-        for name, value in HEADERS.items():
-            response.headers.setdefault(name, value)
-        return response
-
+    add_guards(app, UPLOADS)
     return app
 
 
 def _refuse(_: Request, error: Exception) -> Response:
     return JSONResponse({"detail": str(error)}, 429 if isinstance(error, TooManyError) else 422)
-
-
-def _is_foreign(request: Request) -> bool:
-    """Whether a page of another origin sends it; cookies would go with it from other ports of the same machine."""
-    site = request.headers.get("Sec-Fetch-Site")
-    if site is not None:
-        return site not in ("same-origin", "none")
-    origin = request.headers.get("Origin")
-    return origin is not None and urlsplit(origin).netloc != request.headers.get("Host")
-
-
-def _is_large(request: Request) -> bool:
-    """Whether a request announces a large body, or none of a size: it would be read into memory."""
-    size = request.headers.get("Content-Length", "0")
-    return "Transfer-Encoding" in request.headers or not size.isdecimal() or int(size) > SMALL
 
 
 def _wants_page(request: Request) -> bool:
@@ -143,16 +100,25 @@ class Routes:
             app.get(f"/static/{name}", include_in_schema=False)(self._static(name, kind))
         app.get("/pictures/{kind}/{label}.png", include_in_schema=False)(self.task_picture)
         app.get("/films/{trial}.gif", include_in_schema=False)(self.film)
-        app.get("/api/leaderboard")(self.leaderboard)
+        token = [TOKEN]
+        app.get("/api/leaderboard", responses=refusals(422, 503))(self.leaderboard)
         app.get("/api/tasks")(self.tasks)
-        app.get("/api/tasks/trial.zip", response_class=Response)(self.trial_tasks)
-        app.get("/api/submissions")(self.submissions)
-        body = {"requestBody": {"content": {"application/octet-stream": {}}, "required": True}}
-        app.post(UPLOADS, status_code=201, openapi_extra=body)(self.submit)
-        app.get("/api/submissions/{number}")(self.submission)
-        app.get("/api/export")(self.export)
-        app.post("/api/session")(self.log_in)
-        app.delete("/api/session")(self.log_out)
+        app.get("/api/tasks/trial.zip", response_class=Response, responses=ARCHIVE)(self.trial_tasks)
+        app.get("/api/submissions", responses=refusals(401, 503), dependencies=token)(self.submissions)
+        app.post(
+            UPLOADS,
+            status_code=201,
+            response_model=Submitted,
+            responses=ACCEPTED | refusals(401, 403, 408, 413, 415, 422, 429, 500, 503, 507),
+            openapi_extra=UPLOAD,
+            dependencies=token,
+        )(self.submit)
+        app.get("/api/submissions/{number}", responses=refusals(404, 503), dependencies=token, openapi_extra=OPTIONAL)(
+            self.submission
+        )
+        app.get("/api/export", responses=refusals(401, 503), dependencies=token)(self.export)
+        app.post("/api/session", responses=refusals(400, 401, 403, 413, 422, 503))(self.log_in)
+        app.delete("/api/session", responses=refusals(403, 413))(self.log_out)
 
     def _static(self, name: str, kind: str) -> Callable[[], Response]:
         return lambda: Response(pages.static(name), media_type=kind)
@@ -262,12 +228,7 @@ class Routes:
         return [_progress(one) for one in self._board.submissions(team=self._team(request).id)]
 
     async def submit(self, request: Request, name: str, kind: Kind = "contest") -> Response:
-        """Hand in a .py, .zip or .whl as the request's body; `name` is the file's name.
-
-        201: accepted. 200: this file was handed in before. 401: no valid token. 408: too slow. 413: too large.
-        415: a form. 422: not acceptable, says why. 429: too many. 503: the database is out of reach.
-        507: the server's disk is full.
-        """
+        """Hand in a .py, .zip or .whl as the request's body; `name` is the file's name."""
         team = await run_in_threadpool(self._team, request)
         suffix_of(name)
         if request.headers.get("Content-Type", "").startswith("multipart/"):
