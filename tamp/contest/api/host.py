@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from tamp.contest.adapters.ocrtoc2024 import Agent2024
+from tamp.contest.adapters.ocrtoc2024 import HOME, Agent2024, offer
 from tamp.contest.api.client import Connection, connect
 from tamp.contest.api.wire import FROM_SERVER, Channel, Disconnected
 
@@ -84,6 +84,8 @@ def take_on(instructions: Sequence[Sequence[int]]) -> None:
 def load(folder: Path, module: str) -> Any:
     """The class `Solution` of a module in a folder; an agent as OCRTOC 2024 has it is made into one."""
     sys.path.insert(0, str(folder))
+    if not (folder / HOME.partition(".")[0]).exists():  # a package may bring 2024's own
+        offer()
     loaded = importlib.import_module(module)
     if folder not in Path(getattr(loaded, "__file__", None) or "/").parents:
         raise TypeError(f"another module is called {module!r}; call it 'solution'")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +24,7 @@ from tests.contest.adapters.robots import FakeRobot, goal_of, run_tiny
 
 AGENT = """
 import numpy as np
-from tamp.contest.adapters import AgentBase
+from ocrtoc_env.src.agent_base import AgentBase
 
 WAY = {way}
 
@@ -108,7 +110,7 @@ def test_an_observation_takes_each_picture_once() -> None:
     first["joints_state"][:] = 9
     assert again["fix_camera_depth_image"][1, 2] == observation["fix_camera_depth_image"][1, 2] == 2.0
     assert observation["joints_state"][17] == 17
-    with pytest.raises(KeyError):
+    with pytest.raises(KeyError, match=r"an observation has joints_state, .*, and no 'poses'"):
         observation["poses"]
 
 
@@ -181,3 +183,39 @@ def test_a_class_of_neither_kind_is_refused(tmp_path: Path, monkeypatch: pytest.
     (tmp_path / "entry_of_neither_kind.py").write_text("class MyAgent: ...")
     with pytest.raises(TypeError, match="no class Solution with run"):
         load(tmp_path, "entry_of_neither_kind")
+
+
+@pytest.fixture
+def nothing_of_2024() -> Iterator[None]:
+    """No module of 2024 is loaded, before and after."""
+
+    def forget() -> None:
+        for name in [name for name in sys.modules if name.partition(".")[0] == "ocrtoc_env"]:
+            del sys.modules[name]
+
+    forget()
+    yield
+    forget()
+
+
+@pytest.mark.parametrize("brings", [False, True])
+def test_the_base_class_is_where_2024_has_it_unless_a_package_brings_its_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, nothing_of_2024: None, brings: bool
+) -> None:
+    monkeypatch.setattr("sys.path", [*sys.path])
+    if brings:
+        (tmp_path / "ocrtoc_env" / "src").mkdir(parents=True)
+        (tmp_path / "ocrtoc_env" / "src" / "agent_base.py").write_text("class AgentBase:\n    own = True\n")
+    name = f"agent_builder_{brings}"
+    (tmp_path / f"{name}.py").write_text(
+        "from ocrtoc_env.src.agent_base import AgentBase\n\n\n"
+        "class MyAgent(AgentBase):\n    def draw_action(self, observation): ...\n"
+    )
+    found = load(tmp_path, name)
+    assert issubclass(found, Agent2024)
+    assert getattr(found.agent, "own", False) == brings and issubclass(found.agent, AgentBase) != brings
+
+
+def test_an_action_without_whether_it_has_finished_is_counted(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="not tuple of 8"):
+        _run(tmp_path, (0.0,) * 8)
