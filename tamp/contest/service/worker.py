@@ -181,12 +181,18 @@ class Worker:
             thread.join()
 
     def _patiently(self, action: Callable[[], T]) -> T:
-        """Do something with the database, again and again while it is full or out of reach."""
+        """Do something with the database, again and again while it is full or out of reach, which is said once."""
+        told = ""
         while True:
             try:
-                return action()
+                done = action()
             except (*OUT_OF_REACH, StoreFullError) as error:  # noqa: PERF203  waiting is what it is for
                 if self.stop():
                     raise _Stopped from error
-                LOG.warning("the database does not answer, trying again: %s", str(error).splitlines()[0])
+                if told != (told := str(error).splitlines()[0]):
+                    LOG.warning("the database does not answer, trying again: %s", told)
                 time.sleep(5 * IDLE_S)
+            else:
+                if told:
+                    LOG.warning("the database answers again")
+                return done

@@ -102,8 +102,10 @@ def test_a_full_disk_is_no_database_out_of_reach(service: Service, monkeypatch: 
     assert service.hand_in(service.ours).status_code == 507
 
 
-def test_idle_workers_wait_for_the_database(service: Service, monkeypatch: pytest.MonkeyPatch) -> None:
-    causes = list(CAUSES)
+def test_idle_workers_wait_for_the_database_and_say_so_once(
+    service: Service, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    causes = [cause for cause in CAUSES for _ in range(5)]
 
     def make_one(*_: object) -> bool:
         if causes:
@@ -114,6 +116,8 @@ def test_idle_workers_wait_for_the_database(service: Service, monkeypatch: pytes
     monkeypatch.setattr(working.films, "make_one", make_one)
     Worker(service.store, service.contest, service.data, Plain()).run(until_empty=True)
     assert not causes
+    said = [record.getMessage().partition(",")[0] for record in caplog.records]
+    assert said == ["the database does not answer"] * len(CAUSES) + ["the database answers again"]
 
 
 @pytest.mark.parametrize("command", [["/bin/sh", "-c", "exit 2"], ["/nowhere/python"]], ids=["ends", "cannot begin"])

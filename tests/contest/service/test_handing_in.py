@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import zipfile
 from collections.abc import AsyncIterator, Iterator
@@ -112,6 +113,17 @@ def test_a_full_disk_loses_nothing(service: Service, monkeypatch: pytest.MonkeyP
         assert service.hand_in(service.ours).status_code == 507
     assert service.get("/api/submissions", service.ours).json() == []
     assert service.hand_in(service.ours).status_code == 201
+
+
+def test_a_full_disk_is_told_wherever_something_is_written(service: Service, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("tamp.contest.service.web.pictures.render_task", full)
+    monkeypatch.setattr("tamp.contest.service.web.pictures.save_task", full)
+    for path in ("/pictures/trial/open.png", "/api/tasks/trial.zip"):
+        answer = service.get(path)
+        assert answer.status_code == 507 and "disk is full" in answer.json()["detail"]
 
 
 def test_a_form_is_no_file(service: Service) -> None:

@@ -58,6 +58,7 @@ def make_app(store: Store, contest: Contest, data: Path) -> FastAPI:
     app.add_exception_handler(TampError, _refuse)
     for kind in (*OUT_OF_REACH, DamagedError):
         app.add_exception_handler(kind, routes.out_of_reach)
+    app.add_exception_handler(OSError, _cannot_write)
     app.add_exception_handler(StoreFullError, lambda *_: JSONResponse({"detail": FULL}, 507))
 
     add_guards(app, UPLOADS)
@@ -66,6 +67,14 @@ def make_app(store: Store, contest: Contest, data: Path) -> FastAPI:
 
 def _refuse(_: Request, error: Exception) -> Response:
     return JSONResponse({"detail": str(error)}, 429 if isinstance(error, TooManyError) else 422)
+
+
+def _cannot_write(request: Request, error: Exception) -> Response:
+    """That a file cannot be written, be it an upload or a picture that is drawn now; the log has the cause."""
+    LOG.warning("%s: the server cannot write: %s", request.url.path, error)
+    if getattr(error, "errno", None) in (errno.ENOSPC, errno.EDQUOT):
+        return JSONResponse({"detail": FULL}, 507)
+    return JSONResponse({"detail": "the server cannot write; nothing was accepted"}, 500)
 
 
 def _wants_page(request: Request) -> bool:
@@ -103,7 +112,9 @@ class Routes:
         token = [TOKEN]
         app.get("/api/leaderboard", responses=refusals(422, 503))(self.leaderboard)
         app.get("/api/tasks")(self.tasks)
-        app.get("/api/tasks/trial.zip", response_class=Response, responses=ARCHIVE)(self.trial_tasks)
+        app.get("/api/tasks/trial.zip", response_class=Response, responses=ARCHIVE | refusals(500, 507))(
+            self.trial_tasks
+        )
         app.get("/api/submissions", responses=refusals(401, 503), dependencies=token)(self.submissions)
         app.post(
             UPLOADS,
@@ -234,15 +245,10 @@ class Routes:
         if request.headers.get("Content-Type", "").startswith("multipart/"):
             raise HTTPException(415, "the file itself is the request's body, not a form: curl --data-binary @FILE")
         await run_in_threadpool(count_attempt, self._store, self._contest, team)
-        try:
-            with ExitStack() as stack:
-                folder = await run_in_threadpool(stack.enter_context, scratch_folder(self._data))
-                upload = await self._receive(request, folder / "upload")
-                found = await run_in_threadpool(
-                    accept, self._store, self._contest, self._data, team, kind, name, upload
-                )
-        except OSError as error:
-            raise _disk(error) from error
+        with ExitStack() as stack:
+            folder = await run_in_threadpool(stack.enter_context, scratch_folder(self._data))
+            upload = await self._receive(request, folder / "upload")
+            found = await run_in_threadpool(accept, self._store, self._contest, self._data, team, kind, name, upload)
         answer = {"id": found.id, "new": found.new, "page": f"/submissions/{found.id}"}
         return JSONResponse(answer, 201 if found.new else 200)
 
@@ -346,9 +352,3 @@ def _progress(found: Progress) -> dict[str, Any]:
         "running": found.running,
         "done": found.done,
     }
-
-
-def _disk(error: OSError) -> HTTPException:
-    if error.errno in (errno.ENOSPC, errno.EDQUOT):
-        return HTTPException(507, FULL)
-    return HTTPException(500, "the server cannot write; nothing was accepted")
