@@ -28,10 +28,10 @@ LOG = logging.getLogger(__name__)
 
 RULES = "contest.yaml"
 AGAIN_S = 1.0
-"""How long after its end a worker is started again [s]; twice as long after each further one that ends at once."""
+"""How long after its end a worker is started again [s]; twice as long after each further one that fails at once."""
 
 LONGEST_PAUSE_S = 60.0
-"""At most so long [s]; a worker that has lived longer did not end at once."""
+"""At most so long [s]; a worker that has lived longer did not fail at once."""
 
 LOOK_S = 0.2
 """Time between two looks at whether a worker has ended [s]."""
@@ -154,27 +154,27 @@ def _kept(workers: Sequence[Sequence[str]]) -> Iterator[None]:
 
 
 def _keep(command: Sequence[str], ending: threading.Event) -> None:
-    """Run a worker, and another one after it: later and later where they end at once, which is said once."""
+    """Run a worker, and another one after it: later and later where they fail at once, which is said once."""
     pause = AGAIN_S
     while not ending.is_set():
         began = time.monotonic()
-        how = _ended(command, ending)
+        status, how = _ended(command, ending)
         if ending.is_set():
             return
-        if time.monotonic() - began > LONGEST_PAUSE_S:
+        if status <= 0 or time.monotonic() - began > LONGEST_PAUSE_S:  # killed, perhaps, but it could work
             pause = AGAIN_S
         if pause == AGAIN_S:
-            LOG.warning("%s; others are tried, after %g s at first and %g s in the end", how, pause, LONGEST_PAUSE_S)
+            LOG.warning("%s; another one is started, %g s later at most where that goes on", how, LONGEST_PAUSE_S)
         ending.wait(pause)
         pause = min(2 * pause, LONGEST_PAUSE_S)
 
 
-def _ended(command: Sequence[str], ending: threading.Event) -> str:
-    """Run a worker until it has ended, or is to: what became of it."""
+def _ended(command: Sequence[str], ending: threading.Event) -> tuple[int, str]:
+    """Run a worker until it has ended, or is to: its exit status, negative for a signal, and that in words."""
     try:
         process = subprocess.Popen(command)
     except OSError as error:  # the machine has no process or memory to spare now
-        return f"a worker could not be started: {error.strerror}"
+        return 1, f"a worker could not be started: {error.strerror}"
     while process.poll() is None and not ending.wait(LOOK_S):
         pass
     if process.poll() is None:
@@ -182,7 +182,8 @@ def _ended(command: Sequence[str], ending: threading.Event) -> str:
         with suppress(subprocess.TimeoutExpired):
             process.wait(5.0)
         process.kill()
-    return f"a worker ended with status {process.returncode}"
+    status = process.wait()
+    return status, f"a worker ended with status {status}"
 
 
 def worker_command(data: Path, database: str | None, options: Sequence[str]) -> list[str]:

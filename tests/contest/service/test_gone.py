@@ -120,21 +120,33 @@ def test_idle_workers_wait_for_the_database_and_say_so_once(
     assert said == ["the database does not answer"] * len(CAUSES) + ["the database answers again"]
 
 
-@pytest.mark.parametrize("command", [["/bin/sh", "-c", "exit 2"], ["/nowhere/python"]], ids=["ends", "cannot begin"])
-def test_workers_that_end_at_once_are_started_later_and_later_and_that_is_said_once(
-    caplog: pytest.LogCaptureFixture, command: list[str]
+@pytest.mark.parametrize(
+    ("command", "pauses", "said"),
+    [
+        (["/bin/sh", "-c", "exit 2"], [1, 2, 4, 8, 16, 32, 60, 60], ["a worker ended with status 2"]),
+        (
+            ["/nowhere/python"],
+            [1, 2, 4, 8, 16, 32, 60, 60],
+            ["a worker could not be started: No such file or directory"],
+        ),
+        (["/bin/sh", "-c", "kill -9 $$"], [1] * 8, ["a worker ended with status -9"] * 8),
+    ],
+    ids=["fails", "cannot begin", "is killed"],
+)
+def test_workers_that_fail_at_once_are_started_later_and_later_and_that_is_said_once(
+    caplog: pytest.LogCaptureFixture, command: list[str], pauses: list[int], said: list[str]
 ) -> None:
-    pauses: list[float] = []
+    waited: list[float | None] = []
 
     class Ending(threading.Event):
         def wait(self, timeout: float | None = None) -> bool:
-            if timeout != serve.LOOK_S:
-                pauses.append(timeout or 0.0)
-                if len(pauses) == 9:
-                    self.set()
+            if timeout == serve.LOOK_S:
+                return super().wait(0.01)
+            waited.append(timeout)
+            if len(waited) == len(pauses):
+                self.set()
             return self.is_set()
 
     serve._keep(command, Ending())
-    assert pauses == [1, 2, 4, 8, 16, 32, 60, 60, 60]
-    said = [record.getMessage() for record in caplog.records]
-    assert len(said) == 1 and ("ended with status 2" in said[0] or "could not be started: No such file" in said[0])
+    assert waited == pauses
+    assert [record.getMessage().partition(";")[0] for record in caplog.records] == said
