@@ -93,6 +93,10 @@ def _entry(name: str, folder: Path) -> str:
     if len(modules) == 1:
         return modules[0]
     found = f"has {', '.join(modules[:10])}" if modules else "has none at its top"
+    deeper = sorted(folder.glob("*/*.py"), key=lambda path: (path.stem != ENTRY, path))
+    if deeper and not modules:
+        file, place = (visible(part) for part in (deeper[0].name, deeper[0].parent.name))
+        found += f", but {file} in its folder {place!r}: pack what is in that folder, not the folder itself"
     raise PackageError(f"{name}: expected a module {ENTRY}.py, a package {ENTRY}/, or one module only; it {found}")
 
 

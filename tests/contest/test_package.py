@@ -61,6 +61,13 @@ def test_names_that_lead_elsewhere_are_refused(tmp_path: Path, name: str, compla
     assert not (tmp_path / "outside.py").exists()
 
 
+@pytest.mark.parametrize("file", ["solution.py", "agent_builder.py"])
+def test_who_packed_the_folder_itself_is_told_so(tmp_path: Path, file: str) -> None:
+    source = _zip(tmp_path / "mine.zip", {"__MACOSX/._x": "", f"mine/{file}": CODE, "mine/tools.py": ""})
+    with pytest.raises(PackageError, match=f"none at its top, but {file} in its folder 'mine': pack what is in that"):
+        unpack(source, tmp_path / "out")
+
+
 def test_a_name_longer_than_file_systems_take_is_refused(tmp_path: Path) -> None:
     with zipfile.ZipFile(tmp_path / "a.zip", "w") as archive:
         archive.writestr("solution.py", CODE)

@@ -124,6 +124,10 @@ def test_a_full_disk_is_told_wherever_something_is_written(service: Service, mon
     for path in ("/pictures/trial/open.png", "/api/tasks/trial.zip"):
         answer = service.get(path)
         assert answer.status_code == 507 and "disk is full" in answer.json()["detail"]
+    monkeypatch.undo()
+    assert service.get("/api/tasks/trial.zip").status_code == 200  # made when there is room, and then kept
+    monkeypatch.setattr("tamp.contest.service.web.pictures.save_task", full)
+    assert service.get("/api/tasks/trial.zip").status_code == 200
 
 
 def test_a_form_is_no_file(service: Service) -> None:

@@ -8,6 +8,7 @@ import logging
 import zipfile
 from collections.abc import Callable
 from contextlib import ExitStack
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -229,10 +230,15 @@ class Routes:
 
     def trial_tasks(self) -> Response:
         """The trial set with its models, as a zip."""
+        return Response(self._trial_archive, media_type="application/zip")
+
+    @cached_property
+    def _trial_archive(self) -> bytes:
+        """Made once: anybody may ask for it, as often as they like."""
         buffer = io.BytesIO()
         with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
             task_archive([entry.task for entry in self._contest.entries["trial"]], archive)
-        return Response(buffer.getvalue(), media_type="application/zip")
+        return buffer.getvalue()
 
     def submissions(self, request: Request) -> list[dict[str, Any]]:
         """The team's own submissions, the newest first."""
