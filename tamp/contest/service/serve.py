@@ -21,6 +21,7 @@ from tamp.contest.service.contest import load_contest
 from tamp.contest.service.queue import Renewal, refresh, settled
 from tamp.contest.service.scratch import alone, at_work, scratch_folder
 from tamp.contest.service.store import open_store
+from tamp.contest.service.submissions import require_packages
 from tamp.contest.service.worker import Worker
 from tamp.errors import TampError
 
@@ -77,6 +78,7 @@ def work(
     rules = rules_file(data)
     with at_work(data), scratch_folder(data) as folder:
         contest, store = load_contest(rules), open_store(data, database)
+        require_packages(store, data)
         contest = settled(store, contest)
         tempfile.tempdir = str(folder.resolve())  # the process's own: whatever it makes goes with it
         Worker(store, contest, data, sandbox, lease_s, ended).run(until_empty=until_empty)
@@ -95,7 +97,9 @@ def again(data: Path, database: str | None, *, everything: bool) -> Renewal:
     """
     contest = load_contest(rules_file(data))
     with alone(data):
-        found = refresh(open_store(data, database), contest, everything=everything)
+        store = open_store(data, database)
+        require_packages(store, data, every=True)
+        found = refresh(store, contest, everything=everything)
         for trial in found.queued:
             films.forget(data, trial)
     return found
@@ -131,6 +135,7 @@ def serve(data: Path, database: str | None, listening: socket.socket, workers: S
     rules = rules_file(data)
     with listening, at_work(data), scratch_folder(data) as folder:
         contest, store = load_contest(rules), open_store(data, database)
+        require_packages(store, data)
         app = make_app(store, settled(store, contest), data)
         tempfile.tempdir = str(folder.resolve())
         settings = uvicorn.Config(app, log_level="warning", server_header=False, http=PromptProtocol)

@@ -17,7 +17,7 @@ from sqlalchemy import Connection, func, insert, select
 
 from tamp.contest.package import unpack
 from tamp.contest.service.contest import Contest, Kind
-from tamp.contest.service.store import ATTEMPTS, SUBMISSIONS, TEAMS, TRIALS, Store
+from tamp.contest.service.store import ATTEMPTS, QUEUED, RUNNING, SUBMISSIONS, TEAMS, TRIALS, Store
 from tamp.contest.service.teams import Team
 from tamp.errors import TampError
 
@@ -105,6 +105,32 @@ def accept(store: Store, contest: Contest, data: Path, team: Team, kind: Kind, n
 def package_path(data: Path, digest: str, suffix: str) -> Path:
     """Where an accepted package is kept."""
     return data / "packages" / f"{digest}{suffix}"
+
+
+def require_packages(store: Store, data: Path, *, every: bool = False) -> None:
+    """Make sure that a folder is its database's: a run whose package is not there could not be done, and be given up.
+
+    Args:
+        store: the database.
+        data: the service's folder.
+        every: look for all packages, and not only for those of runs that wait.
+
+    Raises:
+        TampError: where packages are missing.
+    """
+    wanted = select(SUBMISSIONS.c.sha256, SUBMISSIONS.c.file)
+    if not every:
+        wanted = wanted.join(TRIALS, TRIALS.c.submission == SUBMISSIONS.c.id).where(
+            TRIALS.c.state.in_((QUEUED, RUNNING))
+        )
+    with store.look() as connection:
+        rows = connection.execute(wanted.distinct()).all()
+    missing = [row for row in rows if not package_path(data, row.sha256, Path(row.file).suffix.lower()).is_file()]
+    if missing:
+        raise TampError(
+            f"{data / 'packages'}: {len(missing)} of {len(rows)} packages that are to be run are not there; is the "
+            "folder that of another contest than the database, or a backup not whole?"
+        )
 
 
 def _keep(upload: Path, place: Path) -> None:

@@ -14,11 +14,13 @@ pytest.importorskip("sqlalchemy", reason="the web service needs the extra 'conte
 from fastapi.testclient import TestClient
 
 from tamp.cli import main
+from tamp.contest.service import queue
 from tamp.contest.service.contest import load_contest
 from tamp.contest.service.films import film_path
 from tamp.contest.service.queue import settled
 from tamp.contest.service.scratch import at_work
-from tamp.contest.service.serve import again
+from tamp.contest.service.serve import again, listen, serve
+from tamp.contest.service.submissions import require_packages
 from tamp.contest.service.web.app import make_app
 from tamp.errors import TampError
 from tests.contest.service.served import CODE, TASK, Service
@@ -150,6 +152,29 @@ def test_commands_for_organisers_want_a_folder_with_rules(
         assert not (tmp_path / "typo").exists()
     assert main(["contest", "again", "--all", "--data", str(service.data)]) == 0
     assert capsys.readouterr().out == "0 runs are to be done, 0 no longer count\n"
+
+
+def test_a_folder_without_the_packages_of_its_database_is_refused(
+    service: Service, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As of a backup that is not whole: every run that waits was given up within seconds."""
+    service.hand_in(service.ours)
+    service.hand_in(service.theirs, CODE + b"# other\n")
+    service.evaluate()
+    next((service.data / "packages").iterdir()).unlink()
+    data = ["--data", str(service.data)]
+    assert main(["contest", "again", "--all", *data]) == 2
+    assert "1 of 2 packages that are to be run are not there" in capsys.readouterr().err
+    require_packages(service.store, service.data)  # nothing is to be run
+    for file in (service.data / "packages").iterdir():
+        file.unlink()
+    service.hand_in(service.ours, CODE + b"# third\n")
+    next((service.data / "packages").iterdir()).unlink()
+    assert main(["contest", "work", "--until-empty", *data]) == 2
+    assert "1 of 1 packages that are to be run are not there" in capsys.readouterr().err
+    with pytest.raises(TampError, match="1 of 1 packages"):
+        serve(service.data, None, listen("127.0.0.1", 0), [])
+    assert queue.waiting(service.store) == 4
 
 
 def test_a_port_that_another_program_has_is_told(service: Service, capsys: pytest.CaptureFixture[str]) -> None:
