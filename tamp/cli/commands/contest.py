@@ -251,8 +251,8 @@ def serve(options: argparse.Namespace) -> int:
     workers = [service.worker_command(options.data, options.database, passed)] * options.workers
     listening = service.listen(options.host, options.port)
     host = f"[{options.host}]" if ":" in options.host else options.host
-    print(f"http://{host}:{listening.getsockname()[1]}", file=options.out)
-    service.serve(options.data, options.database, listening, workers)
+    url = f"http://{host}:{listening.getsockname()[1]}"
+    service.serve(options.data, options.database, listening, workers, lambda: print(url, file=options.out, flush=True))
     return SOLVED
 
 

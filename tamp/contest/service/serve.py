@@ -11,7 +11,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -118,7 +118,13 @@ def listen(host: str, port: int) -> socket.socket:
         raise TampError(f"cannot listen at {host}, port {port}: {why}; choose another --port or --host") from None
 
 
-def serve(data: Path, database: str | None, listening: socket.socket, workers: Sequence[Sequence[str]]) -> None:
+def serve(
+    data: Path,
+    database: str | None,
+    listening: socket.socket,
+    workers: Sequence[Sequence[str]],
+    ready: Callable[[], None] = lambda: None,
+) -> None:
     """Serve pages and API until interrupted.
 
     Args:
@@ -126,6 +132,7 @@ def serve(data: Path, database: str | None, listening: socket.socket, workers: S
         database: URL; SQLite in `data` where it is None.
         listening: where requests come in.
         workers: the command of each worker process.
+        ready: called when nothing is left to be refused.
     """
     import uvicorn
 
@@ -139,6 +146,7 @@ def serve(data: Path, database: str | None, listening: socket.socket, workers: S
         app = make_app(store, settled(store, contest), data)
         tempfile.tempdir = str(folder.resolve())
         settings = uvicorn.Config(app, log_level="warning", server_header=False, http=PromptProtocol)
+        ready()
         with _kept(workers), suppress(KeyboardInterrupt):
             uvicorn.Server(settings).run([listening])
 
