@@ -16,6 +16,7 @@ from types import TracebackType
 from tamp.contest.sandbox import cgroups
 from tamp.contest.sandbox.isolation import Ending, Limits, Room, Sandbox
 from tamp.contest.sandbox.reaper import children
+from tamp.errors import TampError, told
 
 LOOK_S = 0.2
 """Time between two looks at what the processes use [s]."""
@@ -41,6 +42,9 @@ Spent = dict[tuple[int, bytes], int]
 class SandboxedProcess:
     """A running command; a context manager, at whose end nothing of it is left.
 
+    Raises:
+        TampError: at the end, where it could not be watched and was ended for that.
+
     Args:
         sandbox: where it runs.
         room: what it sees.
@@ -54,6 +58,7 @@ class SandboxedProcess:
     ) -> None:
         self._limits, self._began = limits, time.monotonic()
         self._stopped: Ending | None = None
+        self._failure: Exception | None = None
         self._lock, self._done = threading.Lock(), threading.Event()
         self._output, self._spent = bytearray(), Spent()
         self._idle_looks, self._waits_for_us = 0, False
@@ -79,6 +84,8 @@ class SandboxedProcess:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.end()
+        if error is None and self._failure is not None:  # how it ended is no doing of its own
+            raise TampError(f"a solution could not be watched: {told(self._failure)}") from self._failure
 
     @property
     def output(self) -> bytes:
@@ -158,9 +165,9 @@ class SandboxedProcess:
             while not self._done.wait(LOOK_S) and self._process.poll() is None:
                 self._look()
             self._look_at_group()
-        except BaseException:
+        except Exception as error:
+            self._failure = error
             self._kill()  # nothing runs that nobody watches
-            raise
 
     def _look(self) -> None:
         """Stop it where it uses too much; what the group limits, the kernel has limited already."""

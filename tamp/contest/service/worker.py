@@ -132,7 +132,8 @@ class Worker:
 
     def _failed(self, held: queue.Claim, error: Exception) -> None:
         """Have a run that failed on the server tried again: a few times, or later where the machine lacks something."""
-        if isinstance(error, _NotBegunError) or (isinstance(error, OSError) and error.errno in SHORTAGES):
+        cause = error.__cause__ or error
+        if isinstance(error, _NotBegunError) or (isinstance(cause, OSError) and cause.errno in SHORTAGES):
             LOG.error(
                 "run %d of %s could not be begun, it is tried again in %g s: %s",
                 held.trial, held.submission, PUT_OFF_S, error,

@@ -56,7 +56,10 @@ def test_what_the_machine_lacks_costs_a_run_nothing(
     monkeypatch.setattr(working, "IDLE_S", 0.0)
     monkeypatch.setattr(working, "PUT_OFF_S", 0.0)
     worker = Worker(service.store, service.contest, service.data, _NoSandbox())
-    causes = [None, *(OSError(number, os.strerror(number)) for number in (errno.ENOSPC, errno.EMFILE, errno.EAGAIN))]
+    shortages = [OSError(number, os.strerror(number)) for number in (errno.ENOSPC, errno.EMFILE, errno.EAGAIN)]
+    unwatched = TampError("a solution could not be watched")
+    unwatched.__cause__ = shortages[1]
+    causes = [None, *shortages, unwatched]
     for cause in causes * MOST_CLAIMS:
         with monkeypatch.context() as patched:
             if cause is not None:
