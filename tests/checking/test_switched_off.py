@@ -15,6 +15,7 @@ from tamp.checking.physics.round_bodies import perching
 from tests.checking.handmade import two_boxes
 from tests.checking.mutations.handling import (
     hangs_lower_than_said,
+    lies_tilted_across_two_trays,
     lies_tilted_in_a_tray,
     met_where_it_was_let_go,
     rocks_over_its_foot,
@@ -35,6 +36,7 @@ from tests.checking.mutations.rounds import rolls_along_a_groove, rolls_off_half
         (rocks_under_what_is_put_on_it, arm_motion, "_let_follow", None),
         (takes_a_board_over_the_rim, left_standing, "over_edge", []),
         (lies_tilted_in_a_tray, left_standing, "_goes_on", False),
+        (lies_tilted_across_two_trays, left_standing, "_goes_on", False),
     ],
 )
 @pytest.mark.parametrize("seed", [2, 3])

@@ -11,7 +11,7 @@ from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.giving_way import convex, let_down, lowered_onto, tips_over
 from tamp.checking.physics.righting import lain
-from tamp.checking.physics.round_bodies.perching import STEEP, on_rollers, perched, pressed_away, round_axes
+from tamp.checking.physics.round_bodies.perching import on_rollers, perched, pressed_away, round_axes
 from tamp.checking.physics.round_bodies.rocking import rocked
 from tamp.checking.physics.stacks import over_edge, stack_of, upset
 from tamp.checking.physics.support import balanced, carriers, slumps, unrest
@@ -151,7 +151,7 @@ def _note_given_way(scene: Scene, state: State, name: str, allow: Tolerances, re
 
     Of pieces that bulge nobody knows within a millimetre what touches: where there are any, what sets out from rest by
     itself tells nothing, but what does so only with the object on it does; and so does that the object itself
-    goes on by more than plans and goals may err, where it is certain what carries it.
+    goes on by more than plans and goals may err.
     """
     near, ends = replace(allow, standing=allow.touching), dict[str, "Array"]()
     before = state.without(name)
@@ -170,17 +170,19 @@ def _note_given_way(scene: Scene, state: State, name: str, allow: Tolerances, re
 
 
 def _goes_on(scene: Scene, state: State, name: str, most: float, allow: Tolerances) -> bool:
-    """Whether an object that comes down on one body only, from above, slides or turns on by more than `most` [m].
+    """Whether an object that comes down on others, which stay, slides or turns on by more than `most` [m].
 
-    Its own shape says where it touches that. What leans, or stands among several, touches what is a little nearer than
-    the rest; what is round is held by facets that it has not: they are not asked about. No other body moves.
+    Its own shape says where it touches them. How near that is nobody knows for certain, so that it must go on by what
+    is nearest alone as well as by all that is `firm`. What is round is held by facets that it has not: it is not asked.
     """
-    touched = [*carriers(scene, state, name, allow).patches.values()]
-    if len(touched) != 1 or (touched[0].normals[:, 2] < STEEP).any() or round_axes(scene, state, name):
+    if round_axes(scene, state, name):
         return False
-    lowered, near = lowered_onto(scene, state, name, allow.standing, allow), replace(allow, standing=allow.touching)
-    end = given_way(scene, lowered, name, most, near, firm=frozenset(state.poses) - {name})[name]
-    return scene.displacement(name, lowered.poses[name], end) > most
+    lowered, others = lowered_onto(scene, state, name, allow.standing, allow), frozenset(state.poses) - {name}
+    for gap in (allow.touching, allow.firm):
+        end = given_way(scene, lowered, name, most, replace(allow, standing=gap), firm=others)[name]
+        if scene.displacement(name, lowered.poses[name], end) <= most:
+            return False
+    return True
 
 
 def _upset_in_truth(

@@ -46,6 +46,7 @@ from tests.checking.mutations.grips import (
 )
 from tests.checking.mutations.handling import (
     hangs_lower_than_said,
+    lies_tilted_across_two_trays,
     lies_tilted_in_a_tray,
     met_where_it_was_let_go,
     rocks_over_its_foot,
@@ -211,6 +212,7 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     rocks_under_what_is_put_on_it: ("collision",),
     takes_a_board_over_the_rim: ("support",),
     lies_tilted_in_a_tray: ("support",),
+    lies_tilted_across_two_trays: ("support",),
     gives_way_by_itself: ("fall",),
 }
 

@@ -136,6 +136,15 @@ def takes_a_board_over_the_rim(task: Task, plan: Plan, rng: np.random.Generator)
 
 def lies_tilted_in_a_tray(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
     """What has two facets under it, and a handle, is let go on the lesser one, by which it lies tilted, in a tray."""
+    return _lies_tilted(task, plan, rng, two=False)
+
+
+def lies_tilted_across_two_trays(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """The same where the lesser facet lies on two trays that stand end to end."""
+    return _lies_tilted(task, plan, rng, two=True)
+
+
+def _lies_tilted(task: Task, plan: Plan, rng: np.random.Generator, *, two: bool) -> Pair | None:
     if task.robot != "panda":
         return None
     (x, y), tilt = rng.uniform((0.0, -0.15), (0.08, -0.05)), rng.uniform(0.16, 0.19)
@@ -145,13 +154,17 @@ def lies_tilted_in_a_tray(task: Task, plan: Plan, rng: np.random.Generator) -> P
     high = thick + (pivot - left) * slope
     handle = convex_hull((CORNERS - (0.0, 0.0, 0.5)) * (0.02, 0.02, 0.04) + (pivot, 0.0, high + 0.015))
     shape = hulls(f"handled_{tilt:.6f}", [convex_hull(corners), handle])
-    boxes = [((0.36, 0.12, 0.02), (0.0, 0.0, 0.0)), ((0.36, 0.01, 0.03), (0.0, 0.065, 0.0))]
-    tray = hulls("tray", [convex_hull(CORNERS * size + at) for size, at in boxes])
     over, turn = Pose((pivot, 0.0, 0.0)), Pose.from_rpy((0.0, 0.0, 0.0), (0.0, tilt, 0.0))
     start, goal = Pose((x, y + 0.3, 0.0)), Pose((x, y, 0.0205)) @ over @ turn @ over.inverse()
-    hand = Hand(plan.home)
-    actions = carry(hand, "handled", start, goal, 0.02, ("table", "tray"), high + 0.02, pivot)
-    things = Object("tray", tray, Pose((x, y, 0.0)), mass=2.0), Object("handled", shape, start, mass=0.1)
+    actions = carry(Hand(plan.home), "handled", start, goal, 0.02, ("table", "left"), high + 0.02, pivot)
+    cut = pivot + rng.uniform(0.03, 0.06)
+    slabs = [(-0.18, cut), (cut + 0.002, 0.18)] if two else [(-0.18, 0.18)]
+    things = [Object("handled", shape, start, mass=0.1)]
+    for name, (begins, ends) in zip(("left", "right"), slabs, strict=False):
+        long, at = ends - begins, (begins + ends) / 2
+        boxes = [((long, 0.12, 0.02), (0.0, 0.0, 0.0)), ((long, 0.01, 0.03), (0.0, 0.065, 0.0))]
+        tray = hulls(f"{name}_{long:.6f}", [convex_hull(CORNERS * size + aside) for size, aside in boxes])
+        things.append(Object(name, tray, Pose((x + at, y, 0.0)), mass=2.0))
     return instead(task, plan, actions, *things)
 
 
