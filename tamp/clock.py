@@ -144,7 +144,7 @@ class _Alarm:
             self.disarm()  # whoever asked is gone without a word
             return
         signal.setitimer(signal.ITIMER_REAL, min(FOREVER_S, left) if left > 0 else AGAIN_S)
-        if left <= 0 and not _on_the_threshold(frame):
+        if left <= 0 and not _on_the_threshold(frame) and not _called_by_compiled(frame):
             raise TimeUp(f"interrupted {GRACE_S:g} s past the limit")
 
     def arm(self) -> None:
@@ -204,3 +204,11 @@ def _on_the_threshold(frame: FrameType | None) -> bool:
         return False
     own = frame.f_code.co_filename == __file__ and frame.f_code is not now.__code__
     return own or frame.f_code in (_MANAGER.__enter__.__code__, _MANAGER.__exit__.__code__)
+
+
+def _called_by_compiled(frame: FrameType | None) -> bool:
+    """Whether compiled code has called Python for a value that it returns: it goes on without, to a SystemError."""
+    return any(
+        calling.f_code.co_name == "_numba_unpickle" and calling.f_globals.get("__name__") == "numba.core.serialize"
+        for calling in _stack(frame)
+    )

@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+import numpy as np
 import pytest
 
 from tamp import clock
@@ -95,3 +96,25 @@ def test_no_alarm_inside_one_that_gives_way_rings_later_than_that() -> None:
         spin(10.0)
     assert clock.now() - began < 3.0
     assert not armed()
+
+
+def test_what_compiled_code_calls_back_for_is_not_interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Compiled code goes on without looking whether that raised: it was a SystemError, and not TimeUp."""
+    from numba import njit
+    from numba.core import serialize
+
+    @njit
+    def made() -> tuple[np.ndarray, np.ndarray]:
+        return np.zeros(3), np.zeros(3)
+
+    made()
+
+    class Slow(dict[object, object]):
+        def __getitem__(self, key: object) -> object:
+            spin(0.02)
+            return super().__getitem__(key)
+
+    monkeypatch.setattr(serialize, "_unpickled_memo", Slow(serialize._unpickled_memo))
+    with pytest.raises(TimeUp), ended_at(clock.now() + 0.005):
+        while True:
+            made()
