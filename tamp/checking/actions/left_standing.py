@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
+STICKIER = 1.2
+"""Times the friction that is given: what slides only where there is less, one simulator holds and another lets go."""
+
 
 def check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, report: Report) -> None:
     """Nothing that stands on the object, leans on it, or is held down by it, may fall when it leaves.
@@ -173,13 +176,16 @@ def _goes_on(scene: Scene, state: State, name: str, most: float, allow: Toleranc
     """Whether an object that comes down on others, which stay, slides or turns on by more than `most` [m].
 
     Its own shape says where it touches them. How near that is nobody knows for certain, so that it must go on by what
-    is nearest alone as well as by all that is `firm`. What is round is held by facets that it has not: it is not asked.
+    is nearest alone as well as by all that is `firm`, though friction were `STICKIER`. What is round is held by facets
+    that it has not: it is not asked.
     """
     if round_axes(scene, state, name):
         return False
     lowered, others = lowered_onto(scene, state, name, allow.standing, allow), frozenset(state.poses) - {name}
+    things = (replace(thing, friction=STICKIER * thing.friction) for thing in scene.task.objects)
+    sticky = replace(scene, task=replace(scene.task, objects=tuple(things)))
     for gap in (allow.touching, allow.firm):
-        end = given_way(scene, lowered, name, most, replace(allow, standing=gap), firm=others)[name]
+        end = given_way(sticky, lowered, name, most, replace(allow, standing=gap), firm=others)[name]
         if scene.displacement(name, lowered.poses[name], end) <= most:
             return False
     return True
