@@ -14,7 +14,23 @@ from tamp.checking.actions.grip_and_release import check_grip
 from tamp.checking.actions.left_standing import check_rest, check_uncovered
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
-from tamp.task import Action, At, Box, Fall, Mesh, Move, Object, Plan, Pose, Task, Trajectory, load_robot
+from tamp.task import (
+    Action,
+    At,
+    Attachment,
+    Box,
+    Fall,
+    Grip,
+    Mesh,
+    Move,
+    Object,
+    Plan,
+    Pose,
+    Release,
+    Task,
+    Trajectory,
+    load_robot,
+)
 from tests.checking.handmade import DOWN, OPEN, Hand, above, carry
 from tests.checking.test_carried_astray import calm
 from tests.task.meshes import parts_obj
@@ -293,3 +309,33 @@ def test_what_gave_way_is_gripped_where_the_plan_says_that_it_has_come_to(laid_d
     known = falling(plan, -1, "rocker", there) if told else plan
     found = check(task, replace(known, actions=(*known.actions, *calm(pick)))).problems
     assert any(problem.kind == "grasp" for problem in found) != told, found
+
+
+@pytest.mark.parametrize(("over", "wrong"), [(0.003, True), (0.012, False)])
+def test_what_comes_up_as_fingers_leave_that_have_let_something_go_is_met(tmp_path, over, wrong):
+    """A weight goes from what rocks to a shelf beside it, and a finger is over its end until the weight is let go."""
+    thing, T = rocker(tmp_path)
+    top, aside = on_top(T, 0.07), 0.046
+    start = Pose((*top[:2], top[2] + 0.015))
+    goal = Pose((top[0], top[1] + aside, top[2] + 0.015))
+    weight = Object("weight", Box((0.03, 0.04, 0.03)), start, At(goal), mass=0.8)
+    shelf = Object("shelf", Box((0.03, 0.04, top[2])), Pose((top[0], top[1] + aside, top[2] / 2)), mass=3.0)
+    T_object_tool = Pose((0.0, 0.0, 0.002 + TIP - 0.015), DOWN)
+    held, hand = Attachment("weight", T_object_tool.inverse()), Hand(HOME)
+    before, after = start @ T_object_tool, goal @ T_object_tool
+    touching = frozenset({("robot", "weight"), ("weight", "rocker"), ("weight", "shelf")})
+    raised = [Pose((at.xyz[0], at.xyz[1], at.xyz[2] + 0.001), at.quat) for at in (before, after)]
+    actions = [Action("move", (), (Move("transit", hand.free(above(before)), OPEN),))]
+    approach = Move("approach", hand.line(before), OPEN, contacts=touching)
+    lift, across = (Move("lift", hand.line(to), 0.04, held, touching) for to in raised)
+    lower = Move("lower", hand.line(after), 0.04, held, touching)
+    retreat = Move("retreat", hand.line(above(after)), OPEN, contacts=touching)
+    actions.append(Action("unstack", ("weight", "rocker"), (approach, Grip(held, 0.04), lift, across)))
+    actions.append(Action("stack", ("weight", "shelf"), (lower, Release("weight", goal, OPEN), retreat)))
+    actions.append(led_over(hand, (0.155, -0.1, top[2] + TIP + over)))
+    task = Task("rocks", (thing, shelf, weight))
+    poses = {each.name: each.pose for each in task.objects}
+    plan = Plan("rocks", "panda", 0, poses, HOME, {"weight": goal}, calm(actions))
+    found = [problem.sentence for problem in check(task, plan).problems]
+    assert any("finger meets rocker" in sentence for sentence in found) == wrong, found
+    assert bool(found) == wrong, found

@@ -158,13 +158,22 @@ def check_release(
     state.held = None
     state.opening = release.opening
     state.poses[name] = held if falls else T
-    state.follows.clear()
+    _hold_back(scene, state, name, allow)
     note_lies(scene, state, name, held)
     for touch in finger_touches(scene, state, before, release.opening, {name: allow.contact}, allow):
         report("collision", f"the opening fingers: {sentence_of(touch)}", touch.bodies, touch.depth)
     if not falls:
         _check_way(scene, state, name, held, allow, report)
         check_rest(scene, state, name, allow, report)
+
+
+def _hold_back(scene: Scene, state: State, name: str, allow: Tolerances) -> None:
+    """What was to follow as soon as the hand is out of its way does not where what was let go touches or bars it."""
+    for other, end in [*state.follows.items()]:
+        apart = inverse(state.poses[name]) @ end
+        bars = clearance(scene.solids[name], scene.solids[other], apart, 0.0) < 0.0
+        if other == name or bars or patch_between(scene, state, name, other, allow) is not None:
+            del state.follows[other]
 
 
 def _tilted_by(
