@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -176,16 +177,16 @@ def _goes_on(scene: Scene, state: State, name: str, most: float, allow: Toleranc
     """Whether an object that comes down on others, which stay, slides or turns on by more than `most` [m].
 
     Its own shape says where it touches them. How near that is nobody knows for certain, so that it must go on by what
-    is nearest alone as well as by all that is `firm`, though friction were `STICKIER`. What is round is held by facets
-    that it has not: it is not asked.
+    is nearest alone as well as by all that is `firm`, and though friction were `STICKIER`. What is round is held by
+    facets that it has not: it is not asked.
     """
     if round_axes(scene, state, name):
         return False
     lowered, others = lowered_onto(scene, state, name, allow.standing, allow), frozenset(state.poses) - {name}
     things = (replace(thing, friction=STICKIER * thing.friction) for thing in scene.task.objects)
     sticky = replace(scene, task=replace(scene.task, objects=tuple(things)))
-    for gap in (allow.touching, allow.firm):
-        end = given_way(sticky, lowered, name, most, replace(allow, standing=gap), firm=others)[name]
+    for bodies, gap in product((scene, sticky), (allow.touching, allow.firm)):
+        end = given_way(bodies, lowered, name, most, replace(allow, standing=gap), firm=others)[name]
         if scene.displacement(name, lowered.poses[name], end) <= most:
             return False
     return True
