@@ -231,8 +231,11 @@ class TaskBuilder:
         return GroundTask(atoms, initial, *wanted, tuple(made), tuple(defined), groups)
 
     def _priced(self, axiom: GroundAxiom, hopes: dict[Fact, Instance]) -> GroundAxiom:
-        """An axiom that wants the price paid of each test that it hopes for: axioms themselves cost nothing."""
-        found = {(HOPED, *fact): test for fact, test in self._hoped_tests(axiom)}
+        """An axiom that wants the price paid of each test that it hopes for: axioms themselves cost nothing.
+
+        What is for nothing needs no operator: a search would look at each set of such hopes.
+        """
+        found = {(HOPED, *fact): test for fact, test in self._hoped_tests(axiom) if self._reluctance(test)}
         hopes.update(found)
         return replace(axiom, positive=(*axiom.positive, *found)) if found else axiom
 

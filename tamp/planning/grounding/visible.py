@@ -31,7 +31,7 @@ class Visible:
         return [
             (axiom, self.doubting(axiom.condition) if self._is_doubted(axiom) else axiom.condition)
             for axiom in self.schema.axioms
-            if axiom.head[0] not in self.connectors.private
+            if axiom.head[0] not in self.connectors.private and axiom.head[0] in self.schema.asked_for
         ]
 
     def _is_doubted(self, axiom: AxiomSchema) -> bool:

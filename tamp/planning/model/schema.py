@@ -82,7 +82,7 @@ class Schema:
     def with_actions(self, actions: tuple[ActionSchema, ...]) -> Schema:
         """The same with other actions."""
         made = copy.copy(self)
-        for name in ("wanted", "conditional", "doubted", "ambivalent", "recursive", "undecided"):
+        for name in ("wanted", "asked_for", "conditional", "doubted", "ambivalent", "recursive", "undecided"):
             made.__dict__.pop(name, None)
         made.actions = actions
         return made
@@ -239,6 +239,16 @@ class Schema:
             queue += dict.fromkeys(literal for literal in more if literal not in found)
             found.update(more)
         return frozenset(found)
+
+    @cached_property
+    def asked_for(self) -> frozenset[str]:
+        """Derived predicates that an action, the goal, a stream or a function asks for, themselves or by axioms."""
+        conditions = [*(a.condition for a in self.actions), *(e.condition for a in self.actions for e in a.effects)]
+        names = {str(p[0]) for c in (*conditions, self.goal) for p in c.positive + c.negative}
+        for external in self.externals.values():
+            names |= {str(p[0]) for p in external.domain + external.awaited} | set(external.fluents)
+        names |= {atom.predicate for function in self.functions.values() for atom in function.domain}
+        return frozenset(names.union(*map(self.below, names)) & self.derived)
 
     @cached_property
     def conditional(self) -> frozenset[str]:

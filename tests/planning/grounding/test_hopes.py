@@ -7,9 +7,15 @@ import pytest
 
 from benchmarks.pddlstream.features import cash
 from benchmarks.pddlstream.small import filling
+from tamp import clock
 from tamp.planning import Problem, solve
+from tamp.planning.algorithms.session import Session
+from tamp.planning.grounding.task_builder import EVERYTHING
 from tamp.planning.model.objects import Objects
 from tamp.planning.model.schema import Schema
+from tamp.planning.options import Options
+from tamp.planning.run import PlanningRun
+from tamp.planning.search.fast_downward import FastDownward
 
 DOMAIN = """
 (define (domain shelf)
@@ -115,3 +121,54 @@ def test_a_test_is_asked_of_all_its_many_inputs_where_it_mostly_says_no(algorith
     assert calls < 60 if mostly else calls == 9**3
     # Of what was refuted before the tank was known there is no operator; each hope was one.
     assert solution.report.counts["operators"] < (1000 if mostly else 250)
+
+
+STORED = """
+(define (domain stored)
+  (:predicates (Thing ?x) (Spot ?p) (Fits ?x ?p) (At ?x ?p) (Stored ?x))
+  (:action put :parameters (?x ?p) :precondition (and (Thing ?x) (Spot ?p)) :effect (At ?x ?p))
+  (:derived (Stored ?x) (exists (?p) (and (Fits ?x ?p) (At ?x ?p)))))
+"""
+STORED_STREAMS = """
+(define (stream stored)
+  (:stream test-fits :inputs (?x ?p) :domain (and (Thing ?x) (Spot ?p)) :certified (Fits ?x ?p)))
+"""
+
+
+@pytest.mark.parametrize("free", [False, True])
+def test_what_is_hoped_for_free_is_no_step_of_a_search(free: bool) -> None:
+    """Where plans must be cheap no hope costs anything, and each was an action: all sets of them were looked at."""
+    samplers = {"test-fits": lambda context, thing, spot: spot == 3}
+    init = [("Thing", "a"), *(("Spot", n) for n in range(5))]
+    problem = Problem(STORED, STORED_STREAMS, samplers, init, ("Stored", "a"))
+    session = Session(problem, Options(), FastDownward(), False, clock.now())
+    session.begin()
+    if free:
+        session.costs.prefer_cheap(10.0)
+    task = session.symbolic.task({}, EVERYTHING)
+    assert task.solvable
+    assert sum(op.source is None for op in task.operators) == (0 if free else 5)
+
+
+IDLE = """
+(define (domain idle)
+  (:predicates (Spot ?p) (Guard ?g) (Sees ?g ?p) (At ?p) (Watched ?p))
+  (:action go
+    :parameters (?p ?p2) :precondition (and (Spot ?p) (Spot ?p2) (At ?p)) :effect (and (At ?p2) (not (At ?p))))
+  (:derived (Watched ?p) (exists (?g) (and (Guard ?g) (Spot ?p) (Sees ?g ?p)))))
+"""
+IDLE_STREAMS = """
+(define (stream idle)
+  (:predicate (Sees ?g ?p) (and (Guard ?g) (Spot ?p))))
+"""
+
+
+def test_nothing_is_grounded_or_asked_for_an_axiom_that_nothing_asks_for() -> None:
+    """All were asked who sees whom, 324 times, though no action minds; the next question may mind."""
+    samplers = {"sees": lambda context, guard, spot: (guard, spot) == (7, 17)}
+    init = [("At", 0), *(("Spot", n) for n in range(18)), *(("Guard", n) for n in range(18))]
+    run = PlanningRun(Problem(IDLE, IDLE_STREAMS, samplers, init, ("At", 17)))
+    solution = run.solve()
+    assert solution.status == "solved"
+    assert sum(stream.calls for stream in solution.report.streams) == 0
+    assert run.solve(("Watched", 17)).status == "solved"
