@@ -188,7 +188,7 @@ def _choose_anew(session: Session, most: int) -> None:
     preview = Preview(session, skeleton, NEIGHBOUR)
     seen: Counter[tuple[Instance, tuple[int, ...]]] = Counter()
     for _ in range(ROUNDS):
-        for template in choices:
+        for template in preview.choices:
             session.limits.check()
             if session.sampling.calls >= most:
                 return
