@@ -153,7 +153,7 @@ class Session:
     def answers(self, goal: Condition) -> bool:
         """Whether what is grounded fits another goal as well, so that it can be asked next."""
         private, hidden = self.connectors.private, self.connectors.fluent
-        changing = self.schema.fluents | (self.schema.asked_for - private)
+        changing = self.schema.fluents | (self.grounder.derived - private)
         wanted, unwanted = ({str(p[0]) for p in patterns} for patterns in (goal.positive, goal.negative))
         if not self.connectors.spent.isdisjoint(wanted | unwanted):
             return False

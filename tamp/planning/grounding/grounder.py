@@ -42,6 +42,7 @@ class Grounder:
     favour: a negated test in an axiom becomes a condition that the test was refuted.
 
     Attributes:
+        derived: the derived predicates whose axioms it makes.
         joined: the streams whose instances it makes.
         limit: how many streams in a row may be hoped for.
     """
@@ -61,6 +62,7 @@ class Grounder:
         self._waiting: list[Fact] = []
         self._sated = False
         self._hoping = 0
+        self.derived = self._visible.derived
         streams = self._visible.streams()
         self.joined = frozenset(external.name for external, _ in streams)
         chained = [self._stream_rule(external, hoped) for external, hoped in streams if not external.is_test]

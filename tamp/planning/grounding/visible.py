@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
+from functools import cached_property
 
 from tamp.planning.model.analysis.transit_actions import Connectors
 from tamp.planning.model.external import External
@@ -26,12 +28,23 @@ class Visible:
     every_stream: bool = False
     tame: frozenset[str] = frozenset()
 
+    @cached_property
+    def derived(self) -> frozenset[str]:
+        """The derived predicates that are grounded: what is asked for, and what no further stream is called for."""
+        asked = self.schema.asked_for
+        streams = self._streams(asked)
+        more = {d: asked | {d} | self.schema.below(d) for d in self.schema.derived - asked}
+        return asked | {name for name, heads in more.items() if self._streams(heads) == streams}
+
     def axioms(self) -> list[tuple[AxiomSchema, Condition]]:
-        """The axioms that something other than a connector asks for, and what each one's condition is read as."""
+        """The axioms that are grounded, and what each one's condition is read as."""
+        return self._axioms(self.derived)
+
+    def _axioms(self, heads: Collection[str]) -> list[tuple[AxiomSchema, Condition]]:
         return [
             (axiom, self.doubting(axiom.condition) if self._is_doubted(axiom) else axiom.condition)
             for axiom in self.schema.axioms
-            if axiom.head[0] not in self.connectors.private and axiom.head[0] in self.schema.asked_for
+            if axiom.head[0] not in self.connectors.private and axiom.head[0] in heads
         ]
 
     def _is_doubted(self, axiom: AxiomSchema) -> bool:
@@ -54,7 +67,10 @@ class Visible:
 
     def streams(self) -> list[tuple[External, bool]]:
         """The streams that are not called on demand alone, and whether some condition may use what each promises."""
-        used, joined = self._used(), set[str]()
+        return self._streams(self.derived)
+
+    def _streams(self, heads: Collection[str]) -> list[tuple[External, bool]]:
+        used, joined = self._used(heads), set[str]()
         externals = self.schema.externals.values()
         on_demand = self.connectors.streams
         while True:
@@ -69,11 +85,11 @@ class Visible:
         """Whether a stream is called for what it may certify besides."""
         return self.every_stream and not (external.is_test and external.name in self.tame)
 
-    def _used(self) -> set[str]:
+    def _used(self, heads: Collection[str]) -> set[str]:
         """Predicates that actions, axioms and the goal want true; and false ones, where tests are asked at once."""
         actions = [a for a in self.schema.actions if not self.connectors.is_connector(a.name)]
         conditions = [c for a in actions for c in (a.condition, *(e.condition for e in a.effects))]
-        conditions += [condition for _, condition in self.axioms()]
+        conditions += [condition for _, condition in self._axioms(heads)]
         conditions += [self.schema.goal]
         doubted = () if self.lazy else (str(p[0]) for c in conditions for p in c.negative if p[0] in self.schema.tests)
         return {str(p[0]) for c in conditions for p in c.positive}.union(doubted)
