@@ -107,8 +107,8 @@ def ways_to(workspace: Workspace, obj: str, start: Placement, end: Placement) ->
     length = float(np.linalg.norm(shift))
     if not (start.on == end.on == (TABLE,) and shifted_alone(start, end) and 0.0 < length < LONGEST):
         return []
-    lower, upper = workspace.bounds(obj, start.pose)
-    if tips_above(workspace, obj, start, np.append(shift, 0.0) / length) < upper[2] - lower[2]:
+    ahead = np.append(shift, 0.0) / length
+    if tips_above(workspace, obj, start, ahead) < _touched_up_to(workspace, obj, start, ahead):
         return []
     found = towards(workspace, obj, start, shift)
     return [Way(end, one.behind, one.touch, one.room, shift, 0.0) for one in found]
@@ -132,6 +132,13 @@ def tips_above(workspace: Workspace, obj: str, placement: Placement, ahead: Arra
     """How high above what it lies on an object that is pushed tips before it slides [m]: its lever over friction."""
     lever, _, _ = _base_ahead(workspace, obj, placement, ahead)
     return UPRIGHT * lever / max(sliding_share(workspace, obj, placement.on), 1e-9)
+
+
+def _touched_up_to(workspace: Workspace, obj: str, placement: Placement, ahead: Array) -> float:
+    """How high above what an object lies on upright fingers can touch it from behind [m]: where it reaches farthest."""
+    points = felt(workspace, obj) @ placement.pose.matrix[:3, :3].T
+    behind = points @ -ahead
+    return float((points[behind > behind.max() - SIDE, 2]).max() - points[:, 2].min())
 
 
 def tipping_rate(workspace: Workspace, obj: str, placement: Placement, ahead: Array, lowest: float) -> float:

@@ -35,6 +35,7 @@ def grippable(context: Context, obj: str, placement: Placement, *others: Placeme
             return True
         elif (tried := tried + 1) == GRASPS:
             break
+    context.fail(f"the arm cannot take {obj} where it would be pushed to")
     return False
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.affordances.friction_cones import pad_cone
-from tamp.streams.affordances.slide_path import Way, center_from_above
+from tamp.streams.affordances.slide_path import Way, center_from_above, tips_above
 from tamp.streams.collisions import ARM_MARGIN
 from tamp.streams.hand.finger_closing import felt, felt_surface
 from tamp.streams.hand.hand_boxes import hand_boxes
@@ -68,16 +68,22 @@ def _heights(workspace: Workspace, obj: str, placement: Placement, opening: floa
 
 
 def _embraces(workspace: Workspace, obj: str, placement: Placement, way: Way, tool: Array, opening: float) -> bool:
-    """Whether fingers touch an object on both sides of the line of the push through its centre of mass."""
+    """Whether fingers touch an object on both sides of the line of the push through its centre of mass.
+
+    They do so no higher than where it would tip over.
+    """
     T, boxes = placement.pose.matrix, hand_boxes(workspace.world.robot)
     points = felt(workspace, obj) @ T[:3, :3].T + T[:3, 3]
     lower, upper = (corners[0, boxes.side != 0.0] for corners in boxes.opened(np.array([opening])))
     local = ((points - tool[:3, 3]) @ tool[:3, :3])[:, None]
     touched = ((local > lower - TOUCHED) & (local < upper + TOUCHED)).all(axis=2).any(axis=1)
     center = T[:3, :3] @ workspace.world.geometries[obj].center_of_mass + T[:3, 3]
-    ahead = way.shift / np.linalg.norm(way.shift)
+    ahead = np.append(way.shift, 0.0) / np.linalg.norm(way.shift)
     beside = (points[touched] - center)[:, :2] @ np.array([-ahead[1], ahead[0]])
-    return bool((beside < -LEVER).any() and (beside > LEVER).any())
+    if not ((beside < -LEVER).any() and (beside > LEVER).any()):
+        return False
+    height = float(points[touched, 2].min() - points[:, 2].min())
+    return height < tips_above(workspace, obj, placement, ahead)
 
 
 def barred(workspace: Workspace, obj: str, placement: Placement, way: Way, others: Mapping[str, Placement]) -> bool:

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from tamp.streams.affordances.slide_path import directions, shifted, ways, ways_to
+from tamp.streams.affordances.slide_path import directions, shifted, tips_above, ways, ways_to
+from tamp.streams.hand.hand_boxes import hand_boxes
 from tamp.streams.motion.handling_contacts import approach_contact
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics
 from tamp.streams.pushing.grasp_after_push import sample_exposed_grasp
@@ -231,3 +232,20 @@ def test_fingers_that_would_touch_it_on_one_side_only_do_not_push(tmp_path):
                 beside = np.array([-direction.ahead[1], direction.ahead[0]])
                 middle = (start.pose.matrix[:2, 3] + (0.07, 0.07) - way.touch) @ beside
                 assert abs(middle) < 0.02  # only through the wall itself, which they embrace
+
+
+@pytest.mark.parametrize(("friction", "able"), [(0.3, True), (0.5, True), (0.8, True), (0.5, False)])
+def test_what_is_wide_at_its_foot_is_pushed_low_though_it_would_tip_if_pushed_at_its_top(tmp_path, friction, able):
+    """Upright fingers touch it where it reaches farthest: at the foot of a lampshade, and at the rim of a bucket."""
+    foot, top = (0.06, 0.04) if able else (0.04, 0.06)
+    corners = [(x * w, y * w, z) for w, z in ((foot, 0.0), (top, 0.12)) for x in (-1, 1) for y in (-1, 1)]
+    path = tmp_path / "shade.stl"
+    trimesh.convex.convex_hull(np.array(corners)).export(path)
+    workspace = workspace_of(Object("shade", Mesh(path), Pose((0.1, -0.1, 0.0)), friction=friction))
+    start = workspace.start["shade"]
+    found = ways_to(workspace, "shade", start, shifted(start, np.array([0.0, 0.1])))
+    hands = [(way, *hand) for way in found for hand in hands_at(workspace, "shade", start, way, False)]
+    assert bool(hands) == able
+    for way, tool, opening in hands:
+        tip = tool[2, 3] - hand_boxes(workspace.world.robot).tip(opening)
+        assert tip < tips_above(workspace, "shade", start, np.append(way.shift, 0.0) / 0.1)

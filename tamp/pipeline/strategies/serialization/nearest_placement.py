@@ -33,6 +33,7 @@ from tamp.streams.hand.candidates import Pinches
 from tamp.streams.hand.clearance import clear_of_falling, hand_hits, opening_for
 from tamp.streams.motion.handling_contacts import handling_hits
 from tamp.streams.placing.sampler import RELEASE_HEIGHT
+from tamp.streams.pushing.push_motion import push_hits
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
@@ -45,6 +46,12 @@ LOOKED_AT = 60  # grasps of an object
 KEPT = 24  # of those, that can take it
 SERVING = 2  # grasps after which a place needs no more
 PUT, DROP = "inverse-kinematics", "plan-laying"  # streams that know ways to a place
+PUSHING = "plan-sliding-to"  # the one that knows pushes there ...
+EXPOSING = (
+    "plan-sliding",
+    "plan-detour",
+    "plan-toppling",
+)  # ... and those of pushes to where a hand can take an object
 REACHED = 4  # grasps for which the arm is asked about a place
 DROPPED = 1  # of those, for which it is asked about a drop, which takes some falls in physics
 
@@ -114,12 +121,16 @@ class Grips:
         return first is not None and not handling_hits(self._workspace, first[-1], self._others)
 
     def _context(self, stream: str, inputs: tuple[Any, ...]) -> Context:
-        keys = (self._name, *map(repr, inputs))
-        context = Context(
-            self._workspace, lambda: generator_for(self._seed, stream, keys), self._deadline, seed=self._seed
-        )
-        context.bound = tuple(("AtPose", other, place) for other, place in self._others.items())
-        return context
+        return _context(self._workspace, stream, (self._name, *inputs), self._seed, self._deadline)
+
+
+def _context(workspace: Workspace, stream: str, inputs: tuple[Any, ...], seed: int, deadline: float) -> Context:
+    """One for a stream that is called for an object, the first of its inputs, while all others stay."""
+    keys = tuple(map(repr, inputs))
+    context = Context(workspace, lambda: generator_for(seed, stream, keys), deadline, seed=seed)
+    others = (other for other in workspace.start.items() if other[0] != inputs[0])
+    context.bound = tuple(("AtPose", name, place) for name, place in others)
+    return context
 
 
 def _pinches(grasps: Sequence[Grasp]) -> Pinches:
@@ -138,7 +149,6 @@ TRIES = 6  # of those it reaches, for which the planner is asked
 UNSEEN = 1  # and of those where it might be laid down or dropped by another grasp, once no other has come of it
 VAIN = 2  # places on one face to which the arm brings it by none of the grasps, after which no more are looked at
 BESIDE = 0.04  # places on the table that are nearer than this to one to which the arm brings it not are not tried [m]
-AHEAD = 0.1  # the same for places that it is pushed to [m]
 ALIKE = 0.985  # cosine of the angle between two faces that count as one
 WHEREVER = 2  # places tried for what is slid or turned over before it is put there: by which grasp nobody knows before
 ITERATIONS, SLIDING = 4, 8  # of the stream planner for one place, and for one that begins with a slide
@@ -170,7 +180,7 @@ def _bring_near(asker: Asker, name: str, kept: Collection[str], free: Collection
         if not to_be_pushed(workspace, name, workspace.start[name]):
             return False
         with asker.within(CAREFUL):
-            if _put_wherever(asker, name, kept, free, SLIDING):
+            if _exposed(asker, name) and _put_wherever(asker, name, kept, free, SLIDING):
                 return True
         return _push_near(asker, name, kept, free)
     with asker.within(CAREFUL):
@@ -197,19 +207,36 @@ def _turn_over(asker: Asker, name: str, kept: Collection[str], free: Collection[
     return False
 
 
+def _exposed(asker: Asker, name: str) -> bool:
+    """Whether any push brings an object to where a hand can take it, wherever it shall go from there."""
+    workspace = asker.workspace
+    anywhere = replace(workspace, goals={other: goal for other, goal in workspace.goals.items() if other != name})
+    return any(next(_pushed(asker, anywhere, stream, name), None) is not None for stream in EXPOSING)
+
+
 def _push_near(asker: Asker, name: str, kept: Collection[str], free: Collection[str]) -> bool:
     """Push an object straight to the nearest place that the arm brings it to; whether it was."""
-    workspace, vain = asker.workspace, list[Placement]()
+    workspace, tries = asker.workspace, TRIES
+    others = {other: place for other, place in workspace.start.items() if other != name}
     for place in straight_ahead(workspace, name) if slidable(workspace, name, workspace.start[name]) else ():
-        if asker.late or len(vain) == TRIES:
+        if asker.late or not tries:
             break
-        beside = any(math.dist(place.pose.xyz, other.pose.xyz) < AHEAD for other in vain)
-        if beside or _covers(workspace, name, place, free):
+        if _covers(workspace, name, place, free):
             continue
-        if _put(asker, name, place, kept, ()):
-            return True
-        vain.append(place)
+        found = next(_pushed(asker, workspace, PUSHING, name, place), None)
+        if found is not None and push_hits(workspace, found[-1], others) is None:
+            tries -= 1
+            if _put(asker, name, place, kept, ()):
+                return True
     return False
+
+
+def _pushed(asker: Asker, workspace: Workspace, stream: str, name: str, *to: Placement) -> Iterator[Any]:
+    """What a stream of the run's own knows of pushes of an object from where it stands."""
+    inputs = (name, workspace.start[name], *to)
+    context = _context(workspace, stream, inputs, asker.drawn_seed(name), asker.deadline)
+    sampler = asker.progress.now.samplers.get(stream)
+    return filter(None, sampler(context, *inputs)) if sampler is not None else iter(())
 
 
 def rest_from_goal(asker: Asker, name: str) -> Workspace | None:
