@@ -171,11 +171,15 @@ class Timing:
         first, last = (self._world.robot.forward(q) @ pushed.T_tool_object.matrix for q in path[[0, -1]])
         if np.abs(last[:3, :3] - first[:3, :3]).max() > TURNED:
             return math.inf
-        place, shift = Placement(Pose.from_matrix(first), below), last[:3, 3] - first[:3, 3]
-        foot = self.workspace.bounds(pushed.object, place.pose)[0][2]
-        tip = self._world.robot.forward(path[0])[2, 3] - hand_boxes(self._world.robot).tip(opening) - foot
+        start, end = (Placement(Pose.from_matrix(T), below) for T in (first, last))
+        shift, foot = last[:3, 3] - first[:3, 3], self.workspace.bounds(pushed.object, start.pose)[0][2]
+        tip = float(self._world.robot.forward(path[0])[2, 3] - hand_boxes(self._world.robot).tip(opening) - foot)
         ahead = shift / max(float(np.linalg.norm(shift)), 1e-9)
-        return tipping_rate(self.workspace, pushed.object, place, ahead, float(tip))
+        # Little carries it at last over an edge of the table: there it counts that what tips is touched lowest.
+        return min(
+            tipping_rate(self.workspace, pushed.object, start, ahead, tip),
+            tipping_rate(self.workspace, pushed.object, end, ahead, tip, highest=tip),
+        )
 
     def _rates(self, trajectory: Trajectory) -> NDArray[np.float64]:
         """How much faster or slower the tool becomes on a straight way, from rest to rest, shape (n,) [m/s^2]."""

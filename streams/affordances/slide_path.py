@@ -107,11 +107,13 @@ def ways_to(workspace: Workspace, obj: str, start: Placement, end: Placement) ->
     length = float(np.linalg.norm(shift))
     if not (start.on == end.on == (TABLE,) and shifted_alone(start, end) and 0.0 < length < LONGEST):
         return []
-    ahead = np.append(shift, 0.0) / length
-    if tips_above(workspace, obj, start, ahead) < _touched_up_to(workspace, obj, start, ahead):
-        return []
+    tips = tips_above(workspace, obj, start, np.append(shift, 0.0) / length)
     found = towards(workspace, obj, start, shift)
-    return [Way(end, one.behind, one.touch, one.room, shift, 0.0) for one in found]
+    return [
+        Way(end, one.behind, one.touch, one.room, shift, 0.0)
+        for one in found
+        if touched_behind(workspace, obj, start, one.behind)[1] <= tips
+    ]
 
 
 def stands(workspace: Workspace, obj: str, end: Placement) -> bool:
@@ -134,33 +136,58 @@ def tips_above(workspace: Workspace, obj: str, placement: Placement, ahead: Arra
     return UPRIGHT * lever / max(sliding_share(workspace, obj, placement.on), 1e-9)
 
 
-def _touched_up_to(workspace: Workspace, obj: str, placement: Placement, ahead: Array) -> float:
-    """How high above what an object lies on upright fingers can touch it from behind [m]: where it reaches farthest."""
+def touched_behind(
+    workspace: Workspace, obj: str, placement: Placement, behind: Array, above: float = 0.0
+) -> tuple[float, float]:
+    """From which height to which upright fingers touch the side of an object that faces `behind` (2,) [m].
+
+    That is where it reaches farthest of what is higher than their tips; without end where all of it is lower. Heights
+    are over what the object lies on.
+    """
     points = felt(workspace, obj) @ placement.pose.matrix[:3, :3].T
-    behind = points @ -ahead
-    return float((points[behind > behind.max() - SIDE, 2]).max() - points[:, 2].min())
+    heights, out = points[:, 2] - points[:, 2].min(), points[:, :2] @ behind
+    reached = heights >= above
+    if not reached.any():
+        return np.inf, np.inf
+    side = heights[reached & (out > out[reached].max() - SIDE)]
+    return float(side.min()), float(side.max())
 
 
-def tipping_rate(workspace: Workspace, obj: str, placement: Placement, ahead: Array, lowest: float) -> float:
+def tipping_rate(
+    workspace: Workspace, obj: str, placement: Placement, ahead: Array, lowest: float, highest: float = np.inf
+) -> float:
     """How much faster or slower an object may be pushed in a second until its inertia tips it [m/s^2].
 
-    It is pushed somewhere between `lowest` [m], over what it lies on, and where friction alone would tip it.
+    It is pushed between `lowest` and `highest` [m], over what it lies on, and no higher than friction alone tips it.
     """
     lever, middle, top = _base_ahead(workspace, obj, placement, ahead)
     friction = sliding_share(workspace, obj, placement.on)
-    highest = min(top, tips_above(workspace, obj, placement, ahead))
+    highest = min(top, highest, tips_above(workspace, obj, placement, ahead))
     lowest = min(lowest, highest)
     spare = (GRAVITY * (SWAYING * lever - friction * h) / max(abs(h - middle), 1e-9) for h in (lowest, highest))
     return max(min(spare), LEAST_RATE)
 
 
 def _base_ahead(workspace: Workspace, obj: str, placement: Placement, ahead: Array) -> tuple[float, float, float]:
-    """How far an object's base reaches ahead of its centre of mass, and how high that and its top are over it [m]."""
+    """How far an object's base reaches ahead of its centre of mass, and how high that and its top are over it [m].
+
+    Past an edge of the table nothing carries it.
+    """
     R, center = placement.pose.matrix[:3, :3], workspace.world.geometries[obj].center_of_mass
     from_center = (felt(workspace, obj) - center) @ R.T
     low, high = float(from_center[:, 2].min()), float(from_center[:, 2].max())
-    lever = (from_center[from_center[:, 2] < low + BASE] @ ahead).max()
-    return float(lever), -low, high - low
+    lever = float((from_center[from_center[:, 2] < low + BASE] @ ahead).max())
+    if placement.on == (TABLE,):
+        lever = min(lever, _to_edge(workspace, center_from_above(workspace, obj, placement), ahead[:2]))
+    return lever, -low, high - low
+
+
+def _to_edge(workspace: Workspace, place: Array, ahead: Array) -> float:
+    """How far the table reaches from a place on it, (2,), in a direction, (2,) [m]."""
+    table = workspace.task.table
+    rooms = np.array(table.size) / 2 - np.sign(ahead) * (place - np.array(table.center))
+    rates = np.abs(ahead)
+    return float((rooms[rates > 0.0] / rates[rates > 0.0]).min(initial=np.inf))
 
 
 @dataclass(frozen=True, eq=False)

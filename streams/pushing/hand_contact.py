@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.affordances.friction_cones import pad_cone
-from tamp.streams.affordances.slide_path import Way, center_from_above, tips_above
+from tamp.streams.affordances.slide_path import Way, center_from_above, tips_above, touched_behind
 from tamp.streams.collisions import ARM_MARGIN
 from tamp.streams.hand.finger_closing import felt, felt_surface
 from tamp.streams.hand.hand_boxes import hand_boxes
@@ -70,7 +70,7 @@ def _heights(workspace: Workspace, obj: str, placement: Placement, opening: floa
 def _embraces(workspace: Workspace, obj: str, placement: Placement, way: Way, tool: Array, opening: float) -> bool:
     """Whether fingers touch an object on both sides of the line of the push through its centre of mass.
 
-    They do so no higher than where it would tip over.
+    They do so no higher than where it would tip over, at last about an edge of the table.
     """
     T, boxes = placement.pose.matrix, hand_boxes(workspace.world.robot)
     points = felt(workspace, obj) @ T[:3, :3].T + T[:3, 3]
@@ -82,8 +82,9 @@ def _embraces(workspace: Workspace, obj: str, placement: Placement, way: Way, to
     beside = (points[touched] - center)[:, :2] @ np.array([-ahead[1], ahead[0]])
     if not ((beside < -LEVER).any() and (beside > LEVER).any()):
         return False
-    height = float(points[touched, 2].min() - points[:, 2].min())
-    return height < tips_above(workspace, obj, placement, ahead)
+    tip = tool[2, 3] - boxes.tip(opening) - points[:, 2].min()
+    height, _ = touched_behind(workspace, obj, placement, way.behind, tip)
+    return height < min(tips_above(workspace, obj, at, ahead) for at in (placement, way.end))
 
 
 def barred(workspace: Workspace, obj: str, placement: Placement, way: Way, others: Mapping[str, Placement]) -> bool:

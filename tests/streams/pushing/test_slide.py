@@ -249,3 +249,19 @@ def test_what_is_wide_at_its_foot_is_pushed_low_though_it_would_tip_if_pushed_at
     for way, tool, opening in hands:
         tip = tool[2, 3] - hand_boxes(workspace.world.robot).tip(opening)
         assert tip < tips_above(workspace, "shade", start, np.append(way.shift, 0.0) / 0.1)
+
+
+def test_what_is_pushed_over_an_edge_is_pushed_low_enough_not_to_tip_about_that_edge():
+    """On the way it is shorter and shorter what carries it before its centre of mass."""
+    workspace = workspace_of(Object("tea", Box((0.15, 0.11, 0.085)), Pose((0.1, -0.1, 0.0425)), friction=0.5))
+    start, found = workspace.start["tea"], list[float]()
+    table = workspace.task.table
+    for way in ways(workspace, "tea", start):
+        ahead = way.shift / np.linalg.norm(way.shift)
+        rooms = np.array(table.size) / 2 - np.sign(ahead) * (way.end.pose.xyz[:2] - np.array(table.center))
+        lever = (rooms / np.maximum(np.abs(ahead), 1e-9)).min()
+        for tool, opening in hands_at(workspace, "tea", start, way, False):
+            tip = tool[2, 3] - hand_boxes(workspace.world.robot).tip(opening)
+            assert 0.5 * tip < lever
+            found.append(tip)
+    assert found
