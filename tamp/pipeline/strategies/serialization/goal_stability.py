@@ -53,15 +53,15 @@ class GoalStability:
         return turns or self.goes_on(name)
 
     def goes_on(self, name: str) -> bool:
-        """Whether physics has an object go on from its goal on one body by more than the checker lets what is let go.
+        """Whether physics has an object go on from its goal by more than the checker lets what is let go.
 
         What is convex, on what is convex, does not if it is in balance; nor does what nothing else is to touch there,
         since goals are at rest together.
         """
         workspace = self._asker.workspace
-        goal, bodies = workspace.goals[name], [name, *goal_supports(workspace, name)]
+        bodies = [name, *goal_supports(workspace, name)]
         convex = all(len(workspace.world.geometries[body].parts) == 1 for body in bodies)
-        if len(goal.on) != 1 or convex or not self.awaited(name):
+        if convex or not self.awaited(name):
             return False
         here, (seen, found) = surroundings(workspace, name), self._going_on.get(name, (None, False))
         if seen != here:
