@@ -112,7 +112,7 @@ def ways_to(workspace: Workspace, obj: str, start: Placement, end: Placement) ->
     return [
         Way(end, one.behind, one.touch, one.room, shift, 0.0)
         for one in found
-        if touched_behind(workspace, obj, start, one.behind)[1] <= tips
+        if _touched_up_to(workspace, obj, start, one.behind) <= tips
     ]
 
 
@@ -136,21 +136,14 @@ def tips_above(workspace: Workspace, obj: str, placement: Placement, ahead: Arra
     return UPRIGHT * lever / max(sliding_share(workspace, obj, placement.on), 1e-9)
 
 
-def touched_behind(
-    workspace: Workspace, obj: str, placement: Placement, behind: Array, above: float = 0.0
-) -> tuple[float, float]:
-    """From which height to which upright fingers touch the side of an object that faces `behind` (2,) [m].
+def _touched_up_to(workspace: Workspace, obj: str, placement: Placement, behind: Array) -> float:
+    """How high above what it lies on upright fingers touch the side of an object that faces `behind` (2,) [m].
 
-    That is where it reaches farthest of what is higher than their tips; without end where all of it is lower. Heights
-    are over what the object lies on.
+    That is where it reaches farthest.
     """
     points = felt(workspace, obj) @ placement.pose.matrix[:3, :3].T
     heights, out = points[:, 2] - points[:, 2].min(), points[:, :2] @ behind
-    reached = heights >= above
-    if not reached.any():
-        return np.inf, np.inf
-    side = heights[reached & (out > out[reached].max() - SIDE)]
-    return float(side.min()), float(side.max())
+    return float(heights[out > out.max() - SIDE].max())
 
 
 def tipping_rate(

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from tamp.world.robot.model import RobotModel
 
 SLICES = 2  # boxes along the approach direction that a link is cut into
+FINE = 16  # the same of fingers that push
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,24 +86,54 @@ def hand_boxes(robot: RobotModel) -> HandBoxes:
     return HandBoxes(grid, corners[:, :, 0], corners[:, :, 1], rates[:, :, 0], rates[:, :, 1], np.array(side))
 
 
-def _sliced(robot: RobotModel, opening: float) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
-    """Boxes round the slices of all links of the hand at an opening [m]."""
+def finger_reach(
+    robot: RobotModel, opening: float, ahead: NDArray[np.float64], above: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """How far upright fingers reach ahead at each height, as they get wider or narrower towards their tips.
+
+    Args:
+        robot: whose hand it is.
+        opening: distance between the pads [m].
+        ahead: unit vector across the tool's z, in the tool frame, shape (3,).
+        above: up to how far above the tips [m].
+
+    Returns:
+        Slices of the fingers: their bounds above the tips, shape (n, 2), and how far ahead each reaches, (n,) [m].
+    """
+    turned = np.stack([ahead, np.cross((0.0, 0.0, 1.0), ahead), (0.0, 0.0, 1.0)], axis=1)
+    boxes, sides = hand_boxes(robot), hand_boxes(robot).side[::SLICES]
+    links = zip(_links(robot, opening), sides, strict=True)
+    found = [box for (points, ends), side in links if side != 0.0 for box in _slices(points @ turned, ends, FINE)]
+    tip = boxes.tip(opening)
+    bounds = np.array([(tip - upper[2], tip - lower[2]) for lower, upper in found])
+    low = bounds[:, 0] < above
+    return bounds[low], np.array([upper[0] for _, upper in found])[low]
+
+
+def _links(robot: RobotModel, opening: float) -> list[tuple[NDArray[np.float64], NDArray[np.int64]]]:
+    """Vertices (n, 3) of each link's hull in the tool frame, and between which of them its edges run, (m, 2)."""
     faces = (robot.bodies[index].hull.faces for index in robot.hand)
     edges = (np.vstack([each[:, [0, 1]], each[:, [1, 2]], each[:, [2, 0]]]) for each in faces)
-    links = zip(hand_points(robot, opening), edges, strict=True)
-    return [box for points, ends in links for box in _slices(points, ends)]
+    return list(zip(hand_points(robot, opening), edges, strict=True))
+
+
+def _sliced(robot: RobotModel, opening: float) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    """Boxes round the slices of all links of the hand at an opening [m]."""
+    links = _links(robot, opening)
+    return [box for points, ends in links for box in _slices(points, ends, SLICES)]
 
 
 def _slices(
-    points: NDArray[np.float64], edges: NDArray[np.int64]
+    points: NDArray[np.float64], edges: NDArray[np.int64], count: int
 ) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
     """Boxes round slices of a convex body between cuts along z.
 
     Args:
         points: its vertices, shape (n, 3) [m].
         edges: between which of them its edges run, each both ways, shape (m, 2).
+        count: of slices.
     """
-    cuts = np.linspace(points[:, 2].min(), points[:, 2].max(), SLICES + 1)
+    cuts = np.linspace(points[:, 2].min(), points[:, 2].max(), count + 1)
     a, b = points[edges[:, 0]], points[edges[:, 1]]
     boxes = []
     for low, high in itertools.pairwise(cuts):

@@ -10,7 +10,7 @@ from tamp.streams.affordances.neighbours import upon_carriers
 from tamp.streams.context import Context
 from tamp.streams.grasping.sampler import grasps, grasps_in_steps
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics
-from tamp.streams.pushing.push_motion import push_hits
+from tamp.streams.pushing.push_motion import is_refused_push, push_hits
 from tamp.streams.values import Configuration, Grasp, Placement, Slide
 from tamp.streams.workspace import Workspace, standing
 
@@ -42,12 +42,16 @@ def grippable(context: Context, obj: str, placement: Placement, *others: Placeme
 def free_first(context: Context, obj: str, found: Iterable[Pushes | None]) -> Iterator[Pushes | None]:
     """Yield pushes of an object that follow each other, those first that are free of what the plan has standing there.
 
-    The others may serve when that has moved. None stands for work done without any, as in what is given.
+    The others may serve when that has moved. None stands for work done without any, as in what is given, and for what
+    the checker has refused.
     """
     around = {name: place for name, place in standing(context.bound).items() if name != obj}
     blocked = list[Pushes]()
     for pushes in found:
-        if pushes is None or all(push_hits(context.scene, push, around) is None for push in pushes):
+        if pushes is not None and any(is_refused_push(context.scene, push) for push in pushes):
+            context.fail(f"the checker refuses so to push {obj}")
+            yield None
+        elif pushes is None or all(push_hits(context.scene, push, around) is None for push in pushes):
             yield pushes
         else:
             blocked.append(pushes)

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.affordances.friction_cones import pad_cone
-from tamp.streams.affordances.slide_path import Way, center_from_above, tips_above, touched_behind
+from tamp.streams.affordances.slide_path import SIDE, Way, center_from_above, tips_above
 from tamp.streams.collisions import ARM_MARGIN
 from tamp.streams.hand.finger_closing import felt, felt_surface
-from tamp.streams.hand.hand_boxes import hand_boxes
+from tamp.streams.hand.hand_boxes import finger_reach, hand_boxes
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
@@ -82,9 +82,24 @@ def _embraces(workspace: Workspace, obj: str, placement: Placement, way: Way, to
     beside = (points[touched] - center)[:, :2] @ np.array([-ahead[1], ahead[0]])
     if not ((beside < -LEVER).any() and (beside > LEVER).any()):
         return False
-    tip = tool[2, 3] - boxes.tip(opening) - points[:, 2].min()
-    height, _ = touched_behind(workspace, obj, placement, way.behind, tip)
-    return height < min(tips_above(workspace, obj, at, ahead) for at in (placement, way.end))
+    tips = min(tips_above(workspace, obj, at, ahead) for at in (placement, way.end))
+    return _lowest_touch(workspace, points, way.behind, tool, opening) < tips
+
+
+def _lowest_touch(workspace: Workspace, points: Array, behind: Array, tool: Array, opening: float) -> float:
+    """From which height above what it lies on fingers touch the side of an object that faces `behind` (2,) [m].
+
+    That is where the side, of points (n, 3), and the fingers together reach farthest towards each other.
+    """
+    robot = workspace.world.robot
+    tip, foot = tool[2, 3] - hand_boxes(robot).tip(opening), points[:, 2].min()
+    ahead = tool[:3, :3].T @ np.append(-behind, 0.0)
+    slices, reach = finger_reach(robot, opening, ahead, points[:, 2].max() - tip)
+    out = points[:, :2] @ behind
+    inside = (points[:, 2] >= tip + slices[:, :1]) & (points[:, 2] <= tip + slices[:, 1:])
+    together = reach + np.where(inside, out, -np.inf).max(axis=1)
+    touching = together > together.max(initial=-np.inf) - SIDE
+    return float((tip + slices.mean(axis=1) - foot)[touching].min(initial=np.inf))
 
 
 def barred(workspace: Workspace, obj: str, placement: Placement, way: Way, others: Mapping[str, Placement]) -> bool:

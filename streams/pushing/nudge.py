@@ -13,7 +13,7 @@ from tamp.streams.affordances.nudges import STEP, STEPS, nudged
 from tamp.streams.affordances.slide_path import directions, stands, tips_above
 from tamp.streams.context import Context
 from tamp.streams.pushing.hand_contact import hands_behind
-from tamp.streams.pushing.push_motion import GRAZED, push_hits, pushed, sinks_into
+from tamp.streams.pushing.push_motion import GRAZED, is_refused_push, push_hits, pushed, sinks_into
 from tamp.streams.values import Configuration, Placement, Slide
 from tamp.streams.workspace import TABLE, Workspace, standing
 from tamp.world.scene import Scene
@@ -101,7 +101,7 @@ def plan_nudging(
     shift = np.subtract(end.pose.xyz, start.pose.xyz)
     for T, opening in islice(pushing_hands(context.scene, obj, start, shift, poses), TRIED):
         for nudge in pushed(context, obj, start, end, T, opening, STRAIGHT_UP):
-            if push_hits(context.scene, nudge, around) is None:
+            if push_hits(context.scene, nudge, around) is None and not is_refused_push(context.scene, nudge):
                 before = Configuration(tuple(nudge.approach[0].tolist()), opening)
                 yield before, Configuration(tuple(nudge.retreat[-1].tolist()), opening), nudge
                 break

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -100,6 +100,20 @@ def push_hits(workspace: Workspace, slide: Slide, others: Mapping[str, Placement
     beside = {name: T for name, T in poses.items() if name not in slide.start.on}
     contact = rubbed(workspace.world, obj, close_together(_ahead(workspace, slide)), beside)
     return None if contact is None else f"{obj} would be pushed along {contact.b}"
+
+
+def learn_refused_push(workspace: Workspace, slide: Slide) -> None:
+    """Let an object not be pushed again as the checker has refused it: from there to there by a hand that is there."""
+    workspace.cache.learn(_push_key(slide), True)
+
+
+def is_refused_push(workspace: Workspace, slide: Slide) -> bool:
+    """Whether the checker has refused such a push."""
+    return workspace.cache.value(_push_key(slide), lambda: False)
+
+
+def _push_key(slide: Slide) -> Hashable:
+    return "refused push", slide.object, slide.start, slide.end, slide.T_tool_object, slide.opening
 
 
 def sinks_into(workspace: Workspace, obj: str, start: Placement, carrier: str, T: Array) -> float:

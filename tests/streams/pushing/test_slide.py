@@ -13,7 +13,7 @@ from tamp.streams.motion.handling_contacts import approach_contact
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics
 from tamp.streams.pushing.grasp_after_push import sample_exposed_grasp
 from tamp.streams.pushing.hand_contact import barred, hands_at
-from tamp.streams.pushing.push_motion import push_hits, pushes
+from tamp.streams.pushing.push_motion import learn_refused_push, push_hits, pushes
 from tamp.streams.pushing.slide import plan_sliding, plan_sliding_to, test_cfree_slide
 from tamp.streams.values import Placement
 from tamp.task import Box, Mesh, Object, Pose
@@ -143,7 +143,9 @@ def test_barred_ways_come_after_all_others_though_they_are_looked_at_last(worksp
 
 def test_a_slim_hand_pushes_with_the_back_of_one_finger_and_is_narrower(workspace, offer):
     start = workspace.start["box"]
-    way = next(way for way in ways(workspace, "box", start) if way.end == offer[0])
+    over = next(way for way in ways(workspace, "box", start) if way.end == offer[0])
+    shift = 0.1 * over.shift / np.linalg.norm(over.shift)  # it would tip about the edge, see below
+    way = replace(over, end=shifted(start, shift), shift=shift)
     across = np.array([-way.behind[1], way.behind[0]])
     closing = np.array(workspace.world.robot.spec.gripper.axis)
     for slim, along in ((False, across), (True, way.behind)):
@@ -265,3 +267,21 @@ def test_what_is_pushed_over_an_edge_is_pushed_low_enough_not_to_tip_about_that_
             assert 0.5 * tip < lever
             found.append(tip)
     assert found
+
+
+def test_a_push_that_the_checker_refuses_is_not_offered_again():
+    workspace = workspace_of(BOX, PEG)
+    offered = [slide for *_, slide in islice(plan_sliding(ToldContext(workspace), "box", workspace.start["box"]), 3)]
+    learn_refused_push(workspace, offered[0])
+    again = [slide for *_, slide in islice(plan_sliding(ToldContext(workspace), "box", workspace.start["box"]), 3)]
+    assert offered[0] not in again and offered[-1] in again
+
+
+def test_a_slim_hand_whose_finger_gets_narrower_to_its_tip_pushes_what_is_tall_with_what_is_above_it():
+    """So it would tip it about the edge of the table, where a hand that lies against it with both fingers does not."""
+    workspace = workspace_of(Object("tea", Box((0.15, 0.11, 0.06)), Pose((0.1, -0.1, 0.03)), friction=0.5))
+    start = workspace.start["tea"]
+    (way, *_) = ways(workspace, "tea", start)
+    assert [*hands_at(workspace, "tea", start, way, False)] and not [*hands_at(workspace, "tea", start, way, True)]
+    short = replace(way, end=shifted(start, 0.05 * way.shift / np.linalg.norm(way.shift)))
+    assert [*hands_at(workspace, "tea", start, short, True)], "on the table it may"

@@ -27,10 +27,12 @@ from tamp.speculation import presumed
 from tamp.streams.affordances.falls import learn_refused, learn_too_high
 from tamp.streams.affordances.stack_balance import learn_upset
 from tamp.streams.motion.handling_contacts import learn_refused_beside
-from tamp.streams.values import Configuration, Handling, Placement
+from tamp.streams.pushing.push_motion import learn_refused_push
+from tamp.streams.values import Configuration, Handling, Placement, Slide
 from tamp.streams.workspace import Workspace
 from tamp.task import Action, Plan, Pose, Release
 
+LEARNED = ("support", "release", "fall", "precondition", "collision", "push")  # problems that are not asked for again
 SHIFTED = 0.003  # what stands no farther off (EDE) is where it is said to be, and carries as it shall there [m]
 
 
@@ -280,15 +282,22 @@ class Progress:
     def _learn(self, verdict: Verdict, solution: Sequence[GroundAction]) -> None:
         """Let no question end again with an object put, let fall or taken where the checker says this upsets a pile.
 
-        Nor with one that is handled where it says that what stands there is met, or taken along.
+        Nor with one that is handled where it says that what stands there is met, or taken along, nor pushed so again.
         """
         wrong, after = verdict.problems[0], self.now.setup.domain.after
-        if wrong.kind not in ("support", "release", "fall", "precondition", "collision") or wrong.action is None:
+        if (
+            wrong.kind not in ("support", "release", "fall", "precondition", "collision", "push")
+            or wrong.action is None
+        ):
             return
         last = wrong.action
         before, then = (after(self.start, self.now.configuration, solution[:n])[0] for n in (last, last + 1))
         workspace = replace(self.now.workspace, start=then)
         way = solution[last].args[-1]
+        if wrong.kind == "push":
+            if isinstance(way, Slide):
+                learn_refused_push(workspace, way)
+            return
         if wrong.kind == "collision":
             if isinstance(way, Handling):
                 _learn_met(workspace, way, wrong.bodies, before)
