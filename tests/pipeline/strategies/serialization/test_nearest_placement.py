@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from tamp.checking import Problem, Verdict
 from tamp.pipeline.options.settings import Settings
 from tamp.pipeline.prepare import prepare
 from tamp.pipeline.strategies.serialization import nearest_placement as nearness
@@ -23,7 +24,7 @@ from tamp.pipeline.strategies.serialization.nearest_placement import (
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
 from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker
 from tamp.scoring.ede import ede, mean_edge
-from tamp.streams.values import Placement
+from tamp.streams.values import Placement, Slide
 from tamp.task import At, Box, Mesh, Object, Pose, Task, load_robot
 from tests.pipeline.samplers import no_grasp
 from tests.streams.tables import OBJECTS
@@ -112,14 +113,35 @@ TALL = Box((0.05, 0.05, 0.1))
 TURNED = Object("tall", TALL, Pose((0.0, -0.2, 0.05)), At(Pose.from_rpy((0.1, 0.0, 0.15), (np.pi, 0.0, 0.0))))
 
 
+HUGE_GOAL = At(Pose.from_rpy((0.0, 0.2, 0.05), (math.pi, 0.0, 0.3)))
+HUGE = Object("huge", Box((0.16, 0.16, 0.1)), Pose((0.0, -0.2, 0.05)), HUGE_GOAL)
+
+
 def test_what_no_hand_gets_hold_of_anywhere_is_pushed_near():
-    """All of its sides are wider than the hand opens."""
-    goal = At(Pose.from_rpy((0.0, 0.2, 0.05), (math.pi, 0.0, 0.3)))
-    asker = asker_of(Object("huge", Box((0.16, 0.16, 0.1)), Pose((0.0, -0.2, 0.05)), goal))
-    before = ede(0.16, asker.workspace.start["huge"].pose, goal.pose)
+    """All of its sides are wider than the hand opens, so that nothing is asked that only a hand could do."""
+    asker = asker_of(HUGE)
+    before = ede(0.16, asker.workspace.start["huge"].pose, HUGE_GOAL.pose)
     assert bring_near(asker, {"huge"}, ())
     assert {action.name for action in asker.progress.actions} == {"move", "slide"}
-    assert ede(0.16, asker.workspace.start["huge"].pose, goal.pose) < before - 0.1
+    assert ede(0.16, asker.workspace.start["huge"].pose, HUGE_GOAL.pose) < before - 0.1
+    assert len(asker.reports) == 1
+
+
+def test_a_push_that_the_checker_refuses_is_not_planned_again(monkeypatch):
+    asker, planned, ask = asker_of(HUGE), list[Slide](), Asker.ask
+
+    def asked(*args, **options):
+        solution = ask(*args, **options)
+        planned.extend(value for action in solution.plan for value in action.args if isinstance(value, Slide))
+        return solution
+
+    tips = Problem(1, "slide(huge, table)", 0.0, "push", ("huge",), 0.0, "huge would tip over")
+    monkeypatch.setattr(Attempt, "checked", lambda *_: Verdict((tips,)))
+    monkeypatch.setattr(Asker, "ask", asked)
+    assert not bring_near(asker, {"huge"}, ())
+    assert not bring_near(asker, {"huge"}, ())
+    pushes = [(slide.end, slide.T_tool_object) for slide in planned]
+    assert pushes and len({*pushes}) == len(pushes)
 
 
 def test_what_two_grasps_have_to_turn_over_is_turned_over_on_its_way_near():
