@@ -169,18 +169,17 @@ def _base_ahead(workspace: Workspace, obj: str, placement: Placement, ahead: Arr
     R, center = placement.pose.matrix[:3, :3], workspace.world.geometries[obj].center_of_mass
     from_center = (felt(workspace, obj) - center) @ R.T
     low, high = float(from_center[:, 2].min()), float(from_center[:, 2].max())
-    lever = float((from_center[from_center[:, 2] < low + BASE] @ ahead).max())
+    base = from_center[from_center[:, 2] < low + BASE]
     if placement.on == (TABLE,):
-        lever = min(lever, _to_edge(workspace, center_from_above(workspace, obj, placement), ahead[:2]))
-    return lever, -low, high - low
+        base = base[_on_table(workspace, base[:, :2] + center_from_above(workspace, obj, placement))]
+    return float((base @ ahead).max(initial=0.0)), -low, high - low
 
 
-def _to_edge(workspace: Workspace, place: Array, ahead: Array) -> float:
-    """How far the table reaches from a place on it, (2,), in a direction, (2,) [m]."""
+def _on_table(workspace: Workspace, places: Array) -> NDArray[np.bool_]:
+    """Which of some places, (n, 2), the table is under, shape (n,)."""
     table = workspace.task.table
-    rooms = np.array(table.size) / 2 - np.sign(ahead) * (place - np.array(table.center))
-    rates = np.abs(ahead)
-    return float((rooms[rates > 0.0] / rates[rates > 0.0]).min(initial=np.inf))
+    inside: NDArray[np.bool_] = (np.abs(places - np.array(table.center)) <= np.array(table.size) / 2).all(axis=1)
+    return inside
 
 
 @dataclass(frozen=True, eq=False)

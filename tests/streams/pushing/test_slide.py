@@ -143,9 +143,7 @@ def test_barred_ways_come_after_all_others_though_they_are_looked_at_last(worksp
 
 def test_a_slim_hand_pushes_with_the_back_of_one_finger_and_is_narrower(workspace, offer):
     start = workspace.start["box"]
-    over = next(way for way in ways(workspace, "box", start) if way.end == offer[0])
-    shift = 0.1 * over.shift / np.linalg.norm(over.shift)  # it would tip about the edge, see below
-    way = replace(over, end=shifted(start, shift), shift=shift)
+    way = next(way for way in ways(workspace, "box", start) if way.end == offer[0])
     across = np.array([-way.behind[1], way.behind[0]])
     closing = np.array(workspace.world.robot.spec.gripper.axis)
     for slim, along in ((False, across), (True, way.behind)):
@@ -257,11 +255,12 @@ def test_what_is_pushed_over_an_edge_is_pushed_low_enough_not_to_tip_about_that_
     """On the way it is shorter and shorter what carries it before its centre of mass."""
     workspace = workspace_of(Object("tea", Box((0.15, 0.11, 0.085)), Pose((0.1, -0.1, 0.0425)), friction=0.5))
     start, found = workspace.start["tea"], list[float]()
-    table = workspace.task.table
+    table, corners_of = workspace.task.table, np.array([(x, y) for x in (-0.075, 0.075) for y in (-0.055, 0.055)])
     for way in ways(workspace, "tea", start):
         ahead = way.shift / np.linalg.norm(way.shift)
-        rooms = np.array(table.size) / 2 - np.sign(ahead) * (way.end.pose.xyz[:2] - np.array(table.center))
-        lever = (rooms / np.maximum(np.abs(ahead), 1e-9)).min()
+        lower, upper = (np.array(table.center) + side * np.array(table.size) / 2 for side in (-1, 1))
+        carried = np.clip(corners_of + way.end.pose.xyz[:2], lower, upper)  # of the box, which is not turned
+        lever = ((carried - way.end.pose.xyz[:2]) @ ahead).max()
         for tool, opening in hands_at(workspace, "tea", start, way, False):
             tip = tool[2, 3] - hand_boxes(workspace.world.robot).tip(opening)
             assert 0.5 * tip < lever
