@@ -175,7 +175,7 @@ class Timing:
         shift, foot = last[:3, 3] - first[:3, 3], self.workspace.bounds(pushed.object, start.pose)[0][2]
         tip = float(self._world.robot.forward(path[0])[2, 3] - hand_boxes(self._world.robot).tip(opening) - foot)
         ahead = shift / max(float(np.linalg.norm(shift)), 1e-9)
-        # Little carries it at last over an edge of the table: there it counts that what tips is touched lowest.
+        # At the end it may hang over an edge of the table: what tips about that comes to lie on the fingertips first.
         return min(
             tipping_rate(self.workspace, pushed.object, start, ahead, tip),
             tipping_rate(self.workspace, pushed.object, end, ahead, tip, highest=tip),

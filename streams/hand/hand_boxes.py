@@ -101,8 +101,8 @@ def finger_reach(
         Slices of the fingers: their bounds above the tips, shape (n, 2), and how far ahead each reaches, (n,) [m].
     """
     turned = np.stack([ahead, np.cross((0.0, 0.0, 1.0), ahead), (0.0, 0.0, 1.0)], axis=1)
-    boxes, sides = hand_boxes(robot), hand_boxes(robot).side[::SLICES]
-    links = zip(_links(robot, opening), sides, strict=True)
+    boxes = hand_boxes(robot)
+    links = zip(_links(robot, opening), boxes.side[::SLICES], strict=True)
     found = [box for (points, ends), side in links if side != 0.0 for box in _slices(points @ turned, ends, FINE)]
     tip = boxes.tip(opening)
     bounds = np.array([(tip - upper[2], tip - lower[2]) for lower, upper in found])

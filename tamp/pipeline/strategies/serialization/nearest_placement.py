@@ -46,12 +46,8 @@ LOOKED_AT = 60  # grasps of an object
 KEPT = 24  # of those, that can take it
 SERVING = 2  # grasps after which a place needs no more
 PUT, DROP = "inverse-kinematics", "plan-laying"  # streams that know ways to a place
-PUSHING = "plan-sliding-to"  # the one that knows pushes there ...
-EXPOSING = (
-    "plan-sliding",
-    "plan-detour",
-    "plan-toppling",
-)  # ... and those of pushes to where a hand can take an object
+PUSHING = "plan-sliding-to"  # the one that knows pushes there
+EXPOSING = ("plan-sliding", "plan-detour", "plan-toppling")  # those of pushes to where a hand can take an object
 REACHED = 4  # grasps for which the arm is asked about a place
 DROPPED = 1  # of those, for which it is asked about a drop, which takes some falls in physics
 
