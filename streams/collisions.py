@@ -34,7 +34,10 @@ def overlap(workspace: Workspace, obj: str, placement: Placement, other: str, st
     near = here or there or other in placement.on or obj in standing.on
     convex = all(len(workspace.world.geometries[name].parts) == 1 for name in (obj, other))
     depth = (SUNK if convex and not here else CONTACT_DEPTH) if near else GRAZED
-    return workspace.world.overlap(obj, placement.pose.matrix, other, standing.pose.matrix, tolerance=depth)
+    T, T_other = placement.pose.matrix, standing.pose.matrix
+    if workspace.world.overlap(obj, T, other, T_other, tolerance=depth):
+        return True
+    return not here and workspace.world.crossed(obj, T, other, T_other)
 
 
 def _apart(workspace: Workspace, obj: str, placement: Placement, other: str, standing: Placement) -> bool:

@@ -168,6 +168,13 @@ class World:
         other, T_other = self._fixed_or_object(b, T_b)
         return convex_union.overlap(self._solids[a], other, convex_union.relative(T_a, T_other), -tolerance)
 
+    def crossed(self, a: str, T_a: Matrix, b: str, T_b: Matrix) -> bool:
+        """Whether a part of object `a` at `T_a` and one of `b` at `T_b` are so deep in each other that neither is outside.
+
+        That is by more than a quarter of their thickness together, however little that is.
+        """
+        return convex_union.crossed(self._solids[a], self._solids[b], convex_union.relative(T_a, T_b))
+
     def overlapping(
         self, a: str, T: Matrix, b: str, T_b: Matrix | None = None, tolerance: float = 0.003
     ) -> Iterator[int]:

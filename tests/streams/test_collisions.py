@@ -82,22 +82,37 @@ def test_of_what_settled_beside_one_another_the_checker_bears_less_where_both_ar
     assert not free("red", red, "cube", cube, aimed)
 
 
+def test_in_what_carries_it_a_thin_thing_is_no_deeper_than_tells_on_which_side_of_a_wall_it_is(tmp_path):
+    """Two millimetres deep is nothing beside 2 cm, but half of a wall of 4 mm: the checker calls it inside."""
+    for wide, free_there in ((0.02, True), (0.004, False)):
+        rack = Object("rack", Mesh(walls_apart(tmp_path, 0.03, wide)), Pose((0.0, 0.0, 0.0)))
+        card = Object("card", Box((0.003, 0.06, 0.06)), Pose((0.3, 0.0, 0.03)))
+        workspace = workspace_of(card, rack)
+        at = Placement(Pose((0.015 + 0.002 - 0.0015, 0.0, 0.03)), ("rack",))
+        assert free("card", at, "rack", workspace.start["rack"], ToldContext(workspace)) == free_there
+
+
+def walls_apart(folder, gap, thickness):
+    """A mesh of two walls, 10 cm high, that face each other across a gap along x [m]."""
+    path = folder / f"walls-{thickness}.obj"
+    lines, first = list[str](), 1
+    for side in (-1, 1):
+        wall = trimesh.creation.box((thickness, 0.1, 0.1))
+        wall.apply_translation((side * (gap + thickness) / 2, 0.0, 0.05))
+        lines += [f"o wall{first}", *("v {:.6f} {:.6f} {:.6f}".format(*v) for v in wall.vertices)]
+        lines += ["f {} {} {}".format(*(face + first)) for face in wall.faces]
+        first += len(wall.vertices)
+    path.write_text("\n".join(lines))
+    return path
+
+
 @pytest.mark.parametrize(
     ("gap", "beside", "stuck"),
     [(0.0396, 0.0, True), (0.0404, 0.0, False), (0.0396, 0.0003, True), (0.05, 0.0053, False)],
 )
 def test_between_two_walls_that_both_press_it_is_wedged_and_before_one_it_is_not(tmp_path, gap, beside, stuck):
-    walls = [trimesh.creation.box((0.01, 0.1, 0.1)) for _ in range(2)]
-    path = tmp_path / "slot.obj"
-    lines, first = list[str](), 1
-    for side, wall in zip((-1, 1), walls, strict=True):
-        wall.apply_translation((side * (gap / 2 + 0.005), 0.0, 0.05))
-        lines += [f"o wall{first}", *("v {:.6f} {:.6f} {:.6f}".format(*v) for v in wall.vertices)]
-        lines += ["f {} {} {}".format(*(face + first)) for face in wall.faces]
-        first += len(wall.vertices)
-    path.write_text("\n".join(lines))
     block = Object("block", Box((0.04, 0.04, 0.04)), Pose((0.3, 0.0, 0.02)))
-    world = workspace_of(block, Object("slot", Mesh(path), Pose((0.0, 0.0, 0.0)))).world
+    world = workspace_of(block, Object("slot", Mesh(walls_apart(tmp_path, gap, 0.01)), Pose((0.0, 0.0, 0.0)))).world
     passed = np.array([Pose((beside, 0.0, z)).matrix for z in np.arange(0.02, 0.1, 0.002)])
     found = wedged(world, "block", passed, {"slot": np.eye(4)})
     assert (found is not None and found.b == "slot") == stuck

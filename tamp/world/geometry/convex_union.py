@@ -72,6 +72,11 @@ class Solid:
         each = [part.vertices for part in self.pieces]
         return np.concatenate(each), np.cumsum([len(one) for one in each], dtype=np.int64)
 
+    @cached_property
+    def thickness(self) -> Matrix:
+        """Least distance of two parallel planes with a part in between, one of them on a face of it, shape (n,) [m]."""
+        return np.array([_thickness(part) for part in self.pieces])
+
 
 def solid(parts: Sequence[Part]) -> Solid:
     """The solid that convex parts make up."""
@@ -105,6 +110,24 @@ def overlap(a: Solid, b: Solid, T_a_b: Matrix, margin: float) -> bool:
         probe.getAABB().expand(max(margin, 0.0))
         a.tree.collide(probe, callback)
         if callback.data.result.isCollision():
+            return True
+    return False
+
+
+def crossed(a: Solid, b: Solid, T_a_b: Matrix) -> bool:
+    """Whether two parts are in each other by more than a quarter of what they are thick together.
+
+    Nobody knows there on which side of each other two thin walls are: they are never deeper in each other than half of
+    that, whichever side they came from.
+    """
+    allowed = (a.thickness[:, None] + b.thickness[None]) / 4
+    if not overlap(a, b, T_a_b, -float(allowed.min())):
+        return False
+    request, result = coal.DistanceRequest(), coal.DistanceResult()
+    pose_a, pose_b = coal.Transform3s(), coal.Transform3s(T_a_b[:3, :3], T_a_b[:3, 3])
+    for i, j in np.argwhere(_box_gaps(a, b, T_a_b) <= 0.0):
+        result.clear()
+        if coal.distance(a.parts[i], pose_a, b.parts[j], pose_b, request, result) < -allowed[i, j]:
             return True
     return False
 
@@ -250,6 +273,12 @@ def _shapes(solids: tuple[Solid, ...]) -> Bodies:
     reach = zip(each, centers, strict=True)
     radii = np.array([np.linalg.norm(points - center, axis=1).max() for points, center in reach])
     return joined(half_spaces(one.outline) for one in solids), corners, (centers, radii)
+
+
+@lru_cache(maxsize=4096)
+def _thickness(part: Part) -> float:
+    normals, offsets = half_spaces(part)[:2]
+    return float((offsets - (normals @ part.vertices.T).min(axis=1)).min())
 
 
 def _placed_corners(each: Sequence[tuple[Corners, Matrix]]) -> Corners:

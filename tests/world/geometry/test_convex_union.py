@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tamp.task import Box
 from tamp.task.mesh.parts import Part, parts
-from tamp.world.geometry.convex_union import contacts, overlap, relative, separation, solid
+from tamp.world.geometry.convex_union import contacts, crossed, overlap, relative, separation, solid
 
 BOX = solid(parts(Box((0.1, 0.1, 0.1))))
 
@@ -84,3 +84,17 @@ def test_contacts_are_where_two_solids_nearly_touch_and_their_normals_point_to_t
 def test_there_are_no_contacts_farther_apart_than_the_gap():
     points, normals = contacts(BOX, BOX, shifted(0.2), 0.003)
     assert len(points) == len(normals) == 0
+
+
+@pytest.mark.parametrize(("depth", "across"), [(0.004, False), (0.0055, True), (0.009, True)])
+def test_thin_parts_are_crossed_by_a_quarter_of_both_and_the_first_part_to_be_is_enough(depth, across):
+    """Walls of 1 cm and a slab as thick: 5 mm, of which the deepest they can be in each other is 1 cm."""
+    (part,) = parts(Box((0.01, 0.05, 0.05)))
+    slab = solid([part, Part(part.vertices + np.array([0.0, 0.0, 0.3]), part.faces)])
+    T = shifted(0.045 - 0.01 + depth, 0.0, 0.05)
+    assert crossed(HOLLOW, slab, T) == crossed(slab, HOLLOW, np.linalg.inv(T)) == across
+
+
+def test_what_is_not_thin_may_be_deep_before_it_is_crossed():
+    assert not crossed(BOX, BOX, shifted(0.06))
+    assert crossed(BOX, BOX, shifted(0.04))
