@@ -34,6 +34,7 @@ ASLANT = 0.38  # the same against what presses on it, in space: the checker gran
 FACING, FLANK = 0.7, 0.02  # what of a surface faces a direction, and is so near to the outermost, is a side of it [m]
 STEADY = 0.018  # the centre of mass stays at least this far inside the table's edges [m]
 FIRM, GAP = 0.012, 0.003  # and this far inside that part of its base which is on the table, within such a gap [m]
+CARRIED = np.arange(1.0, 0.35, -0.1)  # shares of how far its centre lets an object hang over, the base may less
 OVERHANGS = (1.0, 0.6)  # shares of the farthest that an object can hang over the edge
 LEAST_OVERHANG = 0.025  # what a finger needs below and above [m]
 LONGEST = 0.7  # way that is worth trying [m]
@@ -204,7 +205,7 @@ class Edge:
     Attributes:
         outward: unit vector, (2,).
         room: from the object to the edge along it [m].
-        farthest: the object can hang over so far [m].
+        farthest: the object can hang over so far and still stands firm, if it can at all [m].
     """
 
     outward: Array
@@ -280,7 +281,10 @@ def edges(workspace: Workspace, obj: str, placement: Placement) -> list[Edge]:
     for outward in np.vstack([np.eye(2), -np.eye(2)]):
         reach = float(np.array(table.center) @ outward + np.array(table.size) / 2 @ np.abs(outward))
         foremost = float((points @ outward).max())
-        found.append(Edge(outward, reach - foremost, foremost - float(center @ outward) - STEADY))
+        room, most = reach - foremost, foremost - float(center @ outward) - STEADY
+        over = (share * most for share in CARRIED)
+        firm = (far for far in over if stands(workspace, obj, shifted(placement, (room + far) * outward)))
+        found.append(Edge(outward, room, next(firm, most)))
     return found
 
 

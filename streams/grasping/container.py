@@ -68,6 +68,9 @@ def roomy_pinches(
     hanging = place.pose if place is not None and hangs_over(workspace, obj, place) else None
     low, tilts, rises = _from_above(workspace, obj, places)
     pinches = sample_pinches(workspace, obj, rng, points, hanging, low, tilts, rises)
+    if place is not None and hanging is not None:  # one in a hundred hands is clear there, and few of them in reach
+        pinches = pinches.at(above_table(workspace, pinches, place))
+        pinches = pinches.at(clear_of_object(workspace, obj, pinches))
     if hanging is not None and place == start:  # it may be gripped elsewhere as well
         pinches = Pinches.joined([pinches, sample_pinches(workspace, obj, rng, points)])
     if place is None or not enclosed(workspace, obj, place):

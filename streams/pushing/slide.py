@@ -20,7 +20,7 @@ from tamp.streams.pushing.grasp_after_push import (
     singly,
     table_alone,
 )
-from tamp.streams.pushing.hand_contact import barred
+from tamp.streams.pushing.hand_contact import barred, hands_at
 from tamp.streams.pushing.push_motion import push_hits, pushes
 from tamp.streams.values import Configuration, Placement, Slide
 from tamp.streams.workspace import standing
@@ -119,13 +119,16 @@ def _alone(
     context: Context, obj: str, placement: Placement, way: Way, serving: tuple[Placement, ...]
 ) -> Iterator[Slide | None]:
     """A few slides along a way to where the arm can grip the object, as if nothing else stood on the table."""
-    (gap, slim), *others = _hands(context)
-    slide = next(pushes(context, obj, placement, way, gap, slim), None)
-    yield None
-    if slide is not None and (yield from grippable(context, obj, way.end, *serving)):
-        yield slide
-        for gap, slim in others:
-            yield next(pushes(context, obj, placement, way, gap, slim), None)
+    able = False
+    for gap, slim in _hands(context):
+        slide = next(pushes(context, obj, placement, way, gap, slim), None)
+        yield None
+        if slide is not None:
+            # A grasp takes much longer to find than a push, so that it comes second.
+            able = able or (yield from grippable(context, obj, way.end, *serving))
+            if not able:
+                return
+            yield slide
 
 
 def _hands(context: Context) -> tuple[tuple[float, bool], ...]:
@@ -141,15 +144,14 @@ def _twice_alone(
     context: Context, obj: str, placement: Placement, end: End, serving: tuple[Placement, ...]
 ) -> Iterator[tuple[Slide, Slide] | None]:
     """Pairs of slides to an end where the arm can grip the object, as if nothing else stood on the table."""
-    among, gap = directions(context.scene, obj, placement), context.scene.hand.push_gap
+    among = directions(context.scene, obj, placement)
     able, left = False, PAIRS
     for first, second in islice(detours(context.scene, obj, placement, end, among), LOOKED_AT):
-        last = next(pushes(context, obj, first.end, second, gap), None)
+        last = _one_push(context, obj, first.end, second)
         yield None
-        begin = None if last is None else next(pushes(context, obj, placement, first, gap), None)
+        begin = None if last is None else _one_push(context, obj, placement, first)
         if begin is None or last is None:
             continue
-        # Grasps take much longer to find than pushes, so that they come second.
         able = able or (yield from grippable(context, obj, end.placement, *serving))
         if not able:
             return
@@ -157,3 +159,11 @@ def _twice_alone(
         left -= 1
         if not left:
             return
+
+
+def _one_push(context: Context, obj: str, placement: Placement, way: Way) -> Slide | None:
+    """The first slide along a way by the widest hand for which there is room behind the object; None where none is."""
+    for gap, slim in _hands(context):
+        if any(hands_at(context.scene, obj, placement, way, slim)):
+            return next(pushes(context, obj, placement, way, gap, slim), None)
+    return None

@@ -9,7 +9,18 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tamp.streams.affordances.slide_path import FIRM, STEADY, _sides, directions, shifted, slidable, ways, ways_to
+from tamp.streams.affordances.slide_path import (
+    FIRM,
+    STEADY,
+    _sides,
+    directions,
+    edges,
+    shifted,
+    slidable,
+    stands,
+    ways,
+    ways_to,
+)
 from tamp.streams.affordances.stable_poses import inside_by, outline
 from tamp.streams.values import Placement
 from tamp.task import Box, Cylinder, Mesh, Object, Pose
@@ -83,11 +94,31 @@ def test_what_has_a_narrow_base_hangs_over_no_farther_than_that_carries(tmp_path
     for way in ways(workspace, "cross", start):
         low = np.array([(x, y, 0.0) for a, b in CROSS for x in (a[0], b[0]) for y in (a[1], b[1])])
         T, table = way.end.pose.matrix, workspace.task.table
-        edges = [low[4 * beam + np.array([0, 1, 3, 2])] @ T[:3, :3].T + T[:3, 3] for beam in range(2)]
-        sides = [np.linspace(a, b, 400) for beam in edges for a, b in zip(beam, np.roll(beam, 1, axis=0), strict=True)]
-        points = np.vstack(sides)[:, :2]
+        sides = [low[4 * beam + np.array([0, 1, 3, 2])] @ T[:3, :3].T + T[:3, 3] for beam in range(2)]
+        lines = [np.linspace(a, b, 400) for beam in sides for a, b in zip(beam, np.roll(beam, 1, axis=0), strict=True)]
+        points = np.vstack(lines)[:, :2]
         inside = (np.abs(points - np.array(table.center)) < np.array(table.size) / 2).all(axis=1)
         assert inside_by(outline(points[inside]), T[:2, 3]) > FIRM - 0.001
+
+
+LID = (
+    ((-0.08, -0.08, 0.0), (-0.07, 0.08, 0.05)),
+    ((0.07, -0.08, 0.0), (0.08, 0.08, 0.05)),
+    ((-0.08, 0.07, 0.0), (0.08, 0.08, 0.05)),
+    ((-0.08, -0.08, 0.045), (0.08, 0.08, 0.05)),
+)
+"""A box upside down of which one side is open: it stands on three walls."""
+
+
+@pytest.mark.parametrize("outward", [(1.0, 0.0), (-1.0, 0.0)])
+def test_what_stands_on_walls_hangs_over_as_far_as_these_carry_it(tmp_path, outward):
+    mesh = tmp_path / "lid.obj"
+    mesh.write_text(parts_obj(LID))
+    start = Placement(Pose.from_rpy((-0.1, 0.1, 0.0), (0.0, 0.0, 0.4)), ("table",))
+    workspace = workspace_of(Object("lid", Mesh(mesh), start.pose))
+    (edge,) = (edge for edge in edges(workspace, "lid", start) if tuple(edge.outward) == outward)
+    assert stands(workspace, "lid", shifted(start, (edge.room + edge.farthest) * edge.outward))
+    assert not stands(workspace, "lid", shifted(start, (edge.room + edge.farthest + 0.02) * edge.outward))
 
 
 @settings(max_examples=20, deadline=None)

@@ -9,9 +9,9 @@ from tamp.streams.affordances.neighbours import enclosed
 from tamp.streams.grasping.container import LEVEL, roomy_pinches
 from tamp.streams.grasping.hand_clearance import support_cost
 from tamp.streams.hand.candidates import sample_pinches
-from tamp.streams.hand.clearance import opening_for
+from tamp.streams.hand.clearance import above_table, clear_of_object, opening_for
 from tamp.streams.hand.finger_closing import closed
-from tamp.streams.values import CLEARANCE
+from tamp.streams.values import CLEARANCE, Placement
 from tamp.streams.workspace import TABLE
 from tamp.task import Box, Mesh, Object, Pose, Sphere
 from tamp.world.scene import Scene
@@ -55,6 +55,17 @@ def test_hands_that_reach_into_something_meet_no_wall(workspace, seed):
 def test_most_of_them_come_straight_down(workspace):
     approach = (workspace.start["inside"].pose.matrix @ drawn(workspace, "inside").T_object_tool)[:, :3, 2]
     assert np.median(approach[:, 2]) < -0.9
+
+
+def test_where_it_hangs_over_the_edge_only_hands_are_drawn_that_have_room_there():
+    board = Object("board", Box((0.2, 0.16, 0.02)), Pose((-0.1, 0.2, 0.01)))
+    workspace = workspace_of(board)
+    edge = workspace.task.table.center[1] + workspace.task.table.size[1] / 2
+    over = Placement(Pose((-0.1, edge - 0.02, 0.01)), (TABLE,))
+    pinches = roomy_pinches(workspace, "board", [over], np.random.default_rng(0))
+    assert len(pinches) > 20
+    assert np.array(above_table(workspace, pinches, over)).all()
+    assert len(np.arange(len(pinches))[clear_of_object(workspace, "board", pinches)]) == len(pinches)
 
 
 def test_what_stands_on_the_table_is_pinched_from_all_around(workspace):

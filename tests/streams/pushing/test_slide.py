@@ -14,7 +14,7 @@ from tamp.streams.motion.inverse_kinematics import inverse_kinematics
 from tamp.streams.pushing.grasp_after_push import sample_exposed_grasp
 from tamp.streams.pushing.hand_contact import barred, hands_at
 from tamp.streams.pushing.push_motion import learn_refused_push, push_hits, pushes
-from tamp.streams.pushing.slide import plan_sliding, plan_sliding_to, test_cfree_slide
+from tamp.streams.pushing.slide import _one_push, plan_sliding, plan_sliding_to, test_cfree_slide
 from tamp.streams.values import Placement
 from tamp.task import Box, Mesh, Object, Pose
 from tamp.world.scene import Scene
@@ -151,6 +151,19 @@ def test_a_slim_hand_pushes_with_the_back_of_one_finger_and_is_narrower(workspac
             assert abs((T[:3, :3] @ closing)[:2] @ along) == pytest.approx(1.0)
             assert (opening == 0.0) == slim
     assert next(pushes(ToldContext(workspace), "box", start, way, workspace.hand.push_gap, slim=True)).end == way.end
+
+
+def test_where_only_a_slim_hand_has_room_behind_it_that_pushes(workspace, monkeypatch):
+    def slim_alone(workspace, obj, placement, way, slim):
+        return hands_at(workspace, obj, placement, way, slim) if slim else iter(())
+
+    monkeypatch.setattr("tamp.streams.pushing.push_motion.hands_at", slim_alone)
+    monkeypatch.setattr("tamp.streams.pushing.slide.hands_at", slim_alone)
+    start = workspace.start["box"]
+    (*_, slide) = next(plan_sliding(ToldContext(workspace, seed=1), "box", start))
+    assert slide.opening == 0.0
+    by_detour = _one_push(ToldContext(workspace, seed=1), "box", start, ways(workspace, "box", start)[0])
+    assert by_detour.opening == 0.0
 
 
 def test_where_neighbours_leave_little_room_the_hand_keeps_close_to_the_object(workspace, offer):
