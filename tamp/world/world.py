@@ -169,7 +169,7 @@ class World:
         return convex_union.overlap(self._solids[a], other, convex_union.relative(T_a, T_other), -tolerance)
 
     def crossed(self, a: str, T_a: Matrix, b: str, T_b: Matrix) -> bool:
-        """Whether a part of object `a` at `T_a` and one of `b` at `T_b` are so deep in each other that neither is outside.
+        """Whether a part of object `a` at `T_a` and one of `b` at `T_b` are deep in each other for how thin they are.
 
         That is by more than a quarter of their thickness together, however little that is.
         """
