@@ -2,8 +2,9 @@
 
 An object that is written in the air falls straight down until it touches something. Where it is in balance there it
 stays, and does not turn about the vertical; where it is not, or only just, it may tip or roll on, down and as far aside
-as it turns or has fallen. What is written inside another body is pushed out, and a heap of which one body settles may
-jostle its others a little. Nothing else moves by itself.
+as it turns or has fallen. What is perfectly round, and comes down on what does not slope, rolls nowhere by itself. What
+is written inside another body is pushed out, and a heap of which one body settles may jostle its others a little.
+Nothing else moves by itself.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 from tamp.checking.geometry.solids import clearance, parting_normals
 from tamp.checking.geometry.transforms import inverse, rotation, tilt, veer
 from tamp.checking.physics.equilibrium import along
-from tamp.checking.physics.round_bodies.perching import perched
+from tamp.checking.physics.round_bodies.perching import ROUND, STEEP, perched
 from tamp.checking.physics.support import balanced, carriers, height_above, stays_after
 from tamp.checking.physics.tumbling import tumbled
 
@@ -68,6 +69,8 @@ def unexplained(scene: Scene, state: State, name: str, written: Mapping[str, Arr
         tipped = tumbled(scene, state, name, fallen, drop, allow)
         if tipped is not None:
             return tipped
+        if _lies_round(scene, state, name, fallen, written, allow):
+            return left
     if left <= (allow.settling + slid if jostled or not steady else 0.0):
         return 0.0
     if left <= allow.jostling and any(_moves(scene, state, other, written, allow) for other in jostled):
@@ -218,6 +221,25 @@ def _firm(scene: Scene, state: State, name: str, T: Array, drop: float, inside: 
     if balanced(scene, there, name, touching, allow, margin) < margin:
         return False
     return not any(True for _ in perched(scene, there, name, allow))
+
+
+def _lies_round(
+    scene: Scene, state: State, name: str, T: Array, written: Mapping[str, Array], allow: Tolerances
+) -> bool:
+    """Whether what is perfectly round has come down at T where nothing makes it roll.
+
+    That is over what carries it, which does not slope, with nothing beside it; and nothing that settles came near.
+    """
+    there = replace(state, poses={**state.poses, name: T}, touching={})
+    touching = carriers(scene, there, name, replace(allow, standing=allow.firm))
+    held = any((patch.normals[:, 2] < STEEP).any() for patch in touching.patches.values())
+    if held or not isinstance(scene.task.object(name).shape, ROUND):
+        return False
+    if balanced(scene, there, name, touching, allow, 0.0) < 0.0 or any(
+        True for _ in perched(scene, there, name, allow)
+    ):
+        return False
+    return not any(_passed_by(scene, state, name, other, written, allow) for other in sorted(written) if other != name)
 
 
 def _jostled(scene: Scene, state: State, name: str, written: Mapping[str, Array], allow: Tolerances) -> list[str]:

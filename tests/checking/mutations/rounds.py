@@ -1,6 +1,11 @@
-"""Corruptions that bring balls with them, which lie where they do not stay: in a groove that slopes, on half a rim."""
+"""Corruptions that bring balls with them, which lie where they do not stay, or where nothing takes them.
+
+In a groove that slopes, on half a rim; aside of where they come down on the level table.
+"""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 
@@ -43,3 +48,12 @@ def rolls_off_half_a_rim(task: Task, plan: Plan, rng: np.random.Generator) -> Pa
         post = round_it @ side @ Pose((away + POST.size[0] / 2, 0.0, POST.size[2] / 2))
         task, plan = added(task, plan, Object(f"post {k}", POST, post, mass=0.5))
     return task, plan
+
+
+def rolls_by_itself(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """A ball out of the way is written above the table, and said to start aside, turned as if it had rolled there."""
+    radius, up = rng.uniform(0.015, 0.03), rng.uniform(0.012, 0.08)
+    turn = rng.uniform(0.03, 0.05) / radius
+    task, plan = added(task, plan, Object("ball", Sphere(radius), Pose((*CORNER, radius + up)), mass=0.1))
+    there = Pose.from_rpy((CORNER[0] + radius * turn, CORNER[1], radius), (0.0, turn, 0.0))
+    return task, replace(plan, start={**plan.start, "ball": there})

@@ -1,4 +1,4 @@
-"""Does a ball that lies on several bodies roll off them? It is moved aside by brute force, and let down anew."""
+"""Does a ball that lies on several bodies roll off them, or by itself? It is moved aside, and let down anew."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ STEPS = (0.003, 0.006, 0.009)  # aside, of which each must be lower than the las
 LOWER = 5e-5  # by so much [m]
 GRID = 80  # points along a triangle's edge
 NEAR = 0.002  # a ball lies on what is no lower under it [m]
+ROLLED = 0.02  # so far aside of where it came down it has rolled [m]
+ALONE = 0.1  # what is farther away has not met it [m]
 
 
 def rolling(world: World) -> str | None:
@@ -30,6 +32,18 @@ def rolling(world: World) -> str | None:
             heights = [lies, *(_height(points, center[:2] + far * way, radius) for far in STEPS)]
             if max(np.diff(heights)) < -LOWER:
                 return f"{thing.name} rolls off what it lies on"
+    return None
+
+
+def rolled(world: World) -> str | None:
+    """A ball over the level table, nothing near it, that starts far aside of where it is written; or None."""
+    for thing in world.task.objects:
+        if not isinstance(thing.shape, Sphere):
+            continue
+        written = np.array(thing.pose.xyz)
+        aside = world.poses[thing.name][:2, 3] - written[:2]
+        if np.linalg.norm(aside) > ROLLED and not len(_surfaces(world, thing.name, written, ALONE)):
+            return f"{thing.name} rolls by itself on the table"
     return None
 
 
