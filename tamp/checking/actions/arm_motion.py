@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.actions import dynamics
-from tamp.checking.actions.collisions.pairs import SLIDING, astray, grazing, pressing
+from tamp.checking.actions.collisions.pairs import SLIDING, astray, grazing, presses_from, pressing
 from tamp.checking.actions.collisions.strike import pushed_over, set_off
 from tamp.checking.actions.collisions.wedging import wedged
 from tamp.checking.geometry.solids import clearance
@@ -276,7 +276,7 @@ def _rubbing(
     for still, mover, depth in pressed:
         name = still.solid.name
         if name in state.poses and name not in met and len(still.T) == 1 and depth <= allow.collision + ROUNDING:
-            rubs = slid(still, mover, SLIDING), mover.solid.name
+            rubs = slid(still, mover, presses_from(still, mover, allow)), mover.solid.name
             farthest[name] = max(farthest.get(name, rubs), rubs)
     for name, (far, link) in farthest.items():
         state.rubbed[name] = state.rubbed.get(name, 0.0) + far

@@ -27,9 +27,11 @@ def brushing(depth, along):
 
 
 @pytest.mark.parametrize(
-    ("depth", "along", "taken"), [(0.0006, 0.06, True), (0.0006, 0.002, False), (0.0, 0.06, False)]
+    ("depth", "along", "taken"),
+    [(0.0006, 0.06, True), (0.0001, 0.06, True), (0.0006, 0.002, False), (0.0, 0.06, False)],
 )
 def test_what_the_hand_presses_on_as_it_slides_over_it_comes_along(depth, along, taken):
+    """A box of 50 mm went along by 88 mm with a finger 0.1 mm in its top in PyBullet, 0.19 mm in it in MuJoCo too."""
     found = [problem.sentence for problem in check(*brushing(depth, along)).problems]
     assert any("finger presses on red as it slides over it" in sentence for sentence in found) == taken
 

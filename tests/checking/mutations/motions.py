@@ -184,11 +184,20 @@ def dip_between_samples(task: Task, plan: Plan, rng: np.random.Generator) -> Pai
 
 def rub(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
     """Before anything else a finger comes down on a bar until it is hardly in it, and slides along it."""
+    return _rubbed(task, plan, rng, 0.0006, 0.0009)
+
+
+def rub_lightly(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """The same by a tenth of a millimetre: the bar lies on the table, and gives no way."""
+    return _rubbed(task, plan, rng, 0.00008, 0.00018)
+
+
+def _rubbed(task: Task, plan: Plan, rng: np.random.Generator, least: float, most: float) -> Pair | None:
     if (place := _clear_place(task, plan, rng)) is None:
         return None
     x, y = place
     spot = Pose((x, y + BESIDE, BAR.size[2] / 2))
-    hand, z = Hand(plan.home), BAR.size[2] + TIP - rng.uniform(0.0006, 0.0009)
+    hand, z = Hand(plan.home), BAR.size[2] + TIP - rng.uniform(least, most)
     first, last = (Pose((x + along, y, z), DOWN) for along in (-0.03, 0.03))
     ways = [hand.free(above(first)), hand.line(first), hand.line(last), hand.line(above(last))]
     ways.append(timed(np.array([hand.q, plan.home]), hand.spec))

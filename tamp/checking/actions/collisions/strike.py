@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.actions.collisions.blow import HELD, inertia
-from tamp.checking.actions.collisions.pairs import SLIDING
+from tamp.checking.actions.collisions.pairs import presses_from
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.contacts import contacts
 from tamp.checking.physics.round_bodies.perching import ASIDE, rolls_on, tilting_axes
@@ -96,9 +96,10 @@ def pushed_over(
     before, state.pressed = state.pressed, {}
     truth = state.as_stayed()
     for still, mover, depth in pressed:
-        name, deep = still.solid.name, depth - allow.collision + SLIDING
+        name = still.solid.name
         if name not in state.poses or name in met:
             continue
+        deep = depth - allow.collision + presses_from(still, mover, allow)
         pair, there = (mover.solid.name, mover.astray, name, still.astray), truth if still.astray else state
         push = _push(still, mover, deep, times, allow, before.get(pair))
         if push is not None and push.lasts:
