@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from tamp.cli.options import add_json, command, natural, positive_int, seconds
 from tamp.cli.output import to_stdout, write_json, write_text
 from tamp.cli.paths import output_folder
-from tamp.cli.status import SOLVED
+from tamp.cli.status import SOLVED, UNSOLVED
 from tamp.errors import TampError
 from tamp.execution.simulators import DEFAULT
 
@@ -159,7 +159,7 @@ def _add_service(actions: Commands) -> None:
     parser.add_argument(
         "--parent", type=positive_int, metavar="PID", help="end when this process, its parent, has ended"
     )
-    parser.add_argument("--until-empty", action="store_true", help="end when every run is done")
+    parser.add_argument("--until-empty", action="store_true", help="end when every run is done, or cannot be begun")
     _add_work(parser)
 
 
@@ -243,7 +243,7 @@ def serve(options: argparse.Namespace) -> int:
     from tamp.contest.sandbox.choice import choose
     from tamp.contest.service import serve as service
 
-    choose(name=options.sandbox, insecure=options.no_isolation)  # refused here, and not by each worker
+    sandbox = choose(name=options.sandbox, insecure=options.no_isolation)  # refused here, and not by each worker
     service.rules_file(options.data)
     passed = ["--lease", str(options.lease)]
     passed += ["--sandbox", options.sandbox] if options.sandbox else []
@@ -252,7 +252,8 @@ def serve(options: argparse.Namespace) -> int:
     listening = service.listen(options.host, options.port)
     host = f"[{options.host}]" if ":" in options.host else options.host
     url = f"http://{host}:{listening.getsockname()[1]}"
-    service.serve(options.data, options.database, listening, workers, lambda: print(url, file=options.out, flush=True))
+    ready = lambda: print(url, file=options.out, flush=True)  # noqa: E731
+    service.serve(options.data, options.database, listening, workers, sandbox, ready)
     return SOLVED
 
 
@@ -267,13 +268,13 @@ def again(options: argparse.Namespace) -> int:
 
 
 def work(options: argparse.Namespace) -> int:
-    """Evaluate until terminated."""
+    """Evaluate until terminated, or until every run is done; exit status 1 where some could not be begun."""
     _require_extra()
     from tamp.contest.sandbox.choice import choose
     from tamp.contest.service import serve as service
 
     sandbox = choose(name=options.sandbox, insecure=options.no_isolation)
-    service.work(
+    left = service.work(
         options.data,
         options.database,
         sandbox,
@@ -281,7 +282,10 @@ def work(options: argparse.Namespace) -> int:
         until_empty=options.until_empty,
         parent=options.parent,
     )
-    return SOLVED
+    if left is None:
+        return SOLVED
+    print(f"{left}; they stay in the queue", file=options.out)
+    return UNSOLVED
 
 
 def _require_extra() -> None:

@@ -13,7 +13,7 @@ from tamp.contest.evaluation.standings import counting, improvement, standings
 from tamp.contest.evaluation.trial import Trial, run_trial
 from tamp.contest.package import unpack
 from tamp.contest.rules import Rules
-from tamp.contest.sandbox.isolation import Sandbox
+from tamp.contest.sandbox.isolation import Sandbox, visible
 from tamp.errors import TampError
 from tamp.execution.simulators import require
 from tamp.results import Result, to_json
@@ -79,6 +79,29 @@ def evaluate(
             if seen is not None:
                 seen(trial)
     return tuple(results)
+
+
+def require_doable(task: Task, rules: Rules, sandbox: Sandbox) -> None:
+    """Make sure that solutions can be run at all: the sample that does nothing is run on a task.
+
+    Raises:
+        TampError: where it does not end well; by the rules or on this machine, no solution could.
+    """
+    with tempfile.TemporaryDirectory(prefix="tamp-solution-") as folder:
+        package = unpack(SAMPLES / "nothing.py", Path(folder) / "solution")
+        try:
+            trial = run_trial(task, package, rules=rules, simulator=rules.simulators[0], run=0, sandbox=sandbox)
+        except OSError as error:  # the machine has no process, memory or room to spare
+            why = error.strerror or str(error)
+        else:
+            if trial.ending.reason == "finished":
+                return
+            printed = visible(trial.log.decode("utf-8", errors="replace").strip().rpartition("\n")[2])
+            why = ": ".join(filter(None, (trial.ending.reason, trial.ending.message, printed)))
+    raise TampError(
+        f"{rules.path or 'the rules'}: no solution can be run, since even one that does nothing ends by {why}; raise "
+        "what stops it under 'limits', or give the machine what it lacks"
+    )
 
 
 def combinations(tasks: Sequence[Task], rules: Rules) -> Iterator[tuple[Task, str, int]]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import Connection, and_, func, insert, or_, select, update
+from sqlalchemy import ColumnElement, Connection, and_, delete, func, insert, or_, select, update
 
 from tamp.contest.service.conditions import (
     Conditions,
@@ -26,12 +26,18 @@ from tamp.contest.service.conditions import (
     to_text,
 )  # fmt: skip
 from tamp.contest.service.contest import Contest, Kind
-from tamp.contest.service.store import ASIDE, CONDITIONS, DONE, QUEUED, RUNNING, SUBMISSIONS, TRIALS, Store
+from tamp.contest.service.store import ASIDE, CONDITIONS, DONE, PUT_OFF, QUEUED, RUNNING, SUBMISSIONS, TRIALS, Store
 from tamp.errors import TampError
 from tamp.results import from_json
 
 LEASE_S = 60.0
 """How long a worker may be silent before its run is given to another one [s]."""
+
+PUT_OFF_S, LONGEST_PUT_OFF_S = 60.0, 600.0
+"""When a run is tried again that could not be begun for want of something, twice as late each time, and at most [s]."""
+
+HOPELESS = 3
+"""A run that was put off so often in a row is not waited for by who waits for the end of all."""
 
 
 @dataclass(frozen=True)
@@ -112,35 +118,86 @@ def finish(store: Store, held: Claim, result: str, log: str) -> bool:
         mine = (TRIALS.c.id == held.trial, TRIALS.c.lease == held.lease, TRIALS.c.state == "running")
         values = {"state": "done", "lease": None, "until": None, "result": result, "log": log}
         changed = update(TRIALS).where(*mine).values(**values, evaluations=TRIALS.c.evaluations + 1)
-        return connection.execute(changed).rowcount == 1
+        if connection.execute(changed).rowcount != 1:
+            return False
+        connection.execute(delete(PUT_OFF).where(PUT_OFF.c.trial == held.trial))
+        return True
 
 
 def give_back(store: Store, held: Claim) -> None:
     """Put a run that could not be done back into the queue."""
-    _requeue(store, held, until=None)
+    with store.change() as connection:
+        _requeue(connection, held, until=None)
 
 
-def put_off(store: Store, held: Claim, pause_s: float) -> None:
+def put_off(store: Store, held: Claim, cause: str) -> float:
     """Put a run that could not be begun back into the queue as if it had not been claimed, for later.
 
     Args:
         store: the database.
         held: the run.
-        pause_s: how long others come before it [s]: what has been claimed least often is first otherwise.
+        cause: why, for the organisers.
+
+    Returns:
+        How long others come before it [s]: what has been claimed least often is first otherwise.
     """
-    _requeue(store, held, until=time.time() + pause_s, claims=TRIALS.c.claims - 1)
-
-
-def _requeue(store: Store, held: Claim, **values: Any) -> None:
+    now = time.time()
     with store.change() as connection:
-        mine = (TRIALS.c.id == held.trial, TRIALS.c.lease == held.lease, TRIALS.c.state == "running")
-        connection.execute(update(TRIALS).where(*mine).values(state="queued", lease=None, **values))
+        before = connection.execute(select(PUT_OFF).where(PUT_OFF.c.trial == held.trial)).first()
+        since, times = (now, 1) if before is None else (before.since, before.times + 1)
+        pause_s = min(PUT_OFF_S * 2.0 ** min(times - 1, 30), LONGEST_PUT_OFF_S)
+        if _requeue(connection, held, until=now + pause_s, claims=TRIALS.c.claims - 1):
+            connection.execute(delete(PUT_OFF).where(PUT_OFF.c.trial == held.trial))
+            connection.execute(insert(PUT_OFF).values(trial=held.trial, since=since, times=times, cause=cause))
+    return pause_s
+
+
+def _requeue(connection: Connection, held: Claim, **values: Any) -> bool:
+    """Queue a run again; False where another worker has it by now."""
+    mine = (TRIALS.c.id == held.trial, TRIALS.c.lease == held.lease, TRIALS.c.state == RUNNING)
+    return connection.execute(update(TRIALS).where(*mine).values(state=QUEUED, lease=None, **values)).rowcount == 1
 
 
 def waiting(store: Store) -> int:
-    """Runs that are not done."""
+    """Runs that are not done, but for those that were put off again and again."""
+    hoped = or_(TRIALS.c.state == RUNNING, PUT_OFF.c.times.is_(None), PUT_OFF.c.times < HOPELESS)
     with store.look() as connection:
-        return connection.execute(select(func.count()).where(TRIALS.c.state.in_((QUEUED, RUNNING)))).scalar_one()
+        return connection.execute(
+            select(func.count())
+            .select_from(TRIALS.outerjoin(PUT_OFF))
+            .where(TRIALS.c.state.in_((QUEUED, RUNNING)), hoped)
+        ).scalar_one()
+
+
+@dataclass(frozen=True)
+class PutOff:
+    """Runs that cannot be begun.
+
+    Attributes:
+        runs: how many.
+        since: when the first of them was put off [s, UTC].
+        cause: why the one that was tried last could not be begun; for the organisers, since it may name files.
+    """
+
+    runs: int
+    since: float
+    cause: str
+
+    def __str__(self) -> str:
+        since = time.strftime("%d %b %Y %H:%M UTC", time.gmtime(self.since))
+        return f"{self.runs} run{'s' * (self.runs > 1)} put off since {since}: {self.cause}"
+
+
+def put_off_now(store: Store, submission: str | None = None) -> PutOff | None:
+    """What is put off, of all submissions or of one; None where nothing is."""
+    there: list[ColumnElement[bool]] = [TRIALS.c.state.in_((QUEUED, RUNNING))]
+    if submission is not None:
+        there.append(TRIALS.c.submission == submission)
+    with store.look() as connection:
+        rows = connection.execute(
+            select(PUT_OFF.c.since, PUT_OFF.c.cause).join(TRIALS).where(*there).order_by(TRIALS.c.until)
+        ).all()
+    return PutOff(len(rows), min(row.since for row in rows), rows[-1].cause) if rows else None
 
 
 def settled(store: Store, contest: Contest) -> Contest:
@@ -227,6 +284,7 @@ def _put(connection: Connection, trial: int, state: str, *, stale: bool) -> None
     """Give a run a state; one that is stale forgets what came of it."""
     values: dict[str, Any] = {"state": state, "lease": None, "until": None}
     values |= {"result": None, "log": None, "claims": 0} if stale else {}
+    connection.execute(delete(PUT_OFF).where(PUT_OFF.c.trial == trial))
     connection.execute(update(TRIALS).where(TRIALS.c.id == trial).values(**values))
 
 

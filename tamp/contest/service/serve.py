@@ -15,10 +15,11 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from tamp.contest.evaluation.evaluate import require_doable
 from tamp.contest.sandbox.isolation import Sandbox
 from tamp.contest.service import films
 from tamp.contest.service.contest import load_contest
-from tamp.contest.service.queue import Renewal, refresh, settled
+from tamp.contest.service.queue import PutOff, Renewal, put_off_now, refresh, settled
 from tamp.contest.service.scratch import alone, at_work, scratch_folder
 from tamp.contest.service.store import open_store
 from tamp.contest.service.submissions import require_packages
@@ -58,7 +59,7 @@ def work(
     *,
     until_empty: bool = False,
     parent: int | None = None,
-) -> None:
+) -> PutOff | None:
     """Be a worker, until terminated; a run that is being done then is finished first.
 
     Args:
@@ -66,8 +67,14 @@ def work(
         database: URL; SQLite in `data` where it is None.
         sandbox: where solutions run.
         lease_s: how long it may be silent before its run is given to another worker [s].
-        until_empty: end when every run is done.
-        parent: end when the process of this number, which started it, has ended.
+        until_empty: end when every run is done, or cannot be begun.
+        parent: end when the process of this number, which made sure that solutions can be run and started it, ends.
+
+    Returns:
+        What is left in the queue since it cannot be begun.
+
+    Raises:
+        TampError: where no solution can be run.
     """
     stop = threading.Event()
     signal.signal(signal.SIGTERM, lambda *_: stop.set())
@@ -81,7 +88,10 @@ def work(
         require_packages(store, data)
         contest = settled(store, contest)
         tempfile.tempdir = str(folder.resolve())  # the process's own: whatever it makes goes with it
+        if parent is None:
+            require_doable(contest.entries["contest"][0].task, contest.rules, sandbox)
         Worker(store, contest, data, sandbox, lease_s, ended).run(until_empty=until_empty)
+        return put_off_now(store) if until_empty and not ended() else None
 
 
 def again(data: Path, database: str | None, *, everything: bool) -> Renewal:
@@ -123,6 +133,7 @@ def serve(
     database: str | None,
     listening: socket.socket,
     workers: Sequence[Sequence[str]],
+    sandbox: Sandbox,
     ready: Callable[[], None] = lambda: None,
 ) -> None:
     """Serve pages and API until interrupted.
@@ -132,7 +143,11 @@ def serve(
         database: URL; SQLite in `data` where it is None.
         listening: where requests come in.
         workers: the command of each worker process.
+        sandbox: where they run solutions.
         ready: called when nothing is left to be refused.
+
+    Raises:
+        TampError: where rules, tasks or database cannot be used, or its workers could run no solution.
     """
     import uvicorn
 
@@ -145,6 +160,8 @@ def serve(
         require_packages(store, data)
         app = make_app(store, settled(store, contest), data)
         tempfile.tempdir = str(folder.resolve())
+        if workers:
+            require_doable(contest.entries["contest"][0].task, contest.rules, sandbox)
         settings = uvicorn.Config(app, log_level="warning", server_header=False, http=PromptProtocol)
         ready()
         with _kept(workers), suppress(KeyboardInterrupt):

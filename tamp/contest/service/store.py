@@ -84,6 +84,15 @@ CONDITIONS = Table(
     Column("value", Text, nullable=False),
 )
 """Under what runs were done, the latest last: see `tamp.contest.service.conditions`."""
+PUT_OFF = Table(
+    "put_off",
+    META,
+    Column("trial", ForeignKey("trials.id"), primary_key=True),
+    Column("since", Float, nullable=False),
+    Column("times", Integer, nullable=False),
+    Column("cause", Text, nullable=False),
+)
+"""Runs that could not be begun for want of something: since when, how often in a row, and why the last time."""
 
 QUEUED, RUNNING, DONE, ASIDE = "queued", "running", "done", "aside"
 """The states of a run; what is aside is of a task, simulator or number that no longer counts, with what came of it."""

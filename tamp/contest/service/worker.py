@@ -35,10 +35,6 @@ MOST_CLAIMS = 8
 IDLE_S = 1.0
 """Time between two looks into an empty queue [s]."""
 
-
-PUT_OFF_S = 60.0
-"""When a run is tried again that could not be begun for want of something [s]."""
-
 SHORTAGES = frozenset(
     getattr(errno, name) for name in ("ENOSPC", "EDQUOT", "EROFS", "EIO", "EMFILE", "ENFILE", "ENOMEM", "EAGAIN")
 )
@@ -74,7 +70,7 @@ class Worker:
     stop: Callable[[], bool] = lambda: False
 
     def run(self, *, until_empty: bool = False) -> None:
-        """Work until told to stop, or until nothing is left to do."""
+        """Work until told to stop, or until nothing is left to do but what is put off again and again."""
         with suppress(_Stopped):
             self._run(until_empty)
 
@@ -134,11 +130,11 @@ class Worker:
         """Have a run that failed on the server tried again: a few times, or later where the machine lacks something."""
         cause = error.__cause__ or error
         if isinstance(error, _NotBegunError) or (isinstance(cause, OSError) and cause.errno in SHORTAGES):
+            pause_s = self._patiently(lambda: queue.put_off(self.store, held, str(error)))
             LOG.error(
                 "run %d of %s could not be begun, it is tried again in %g s: %s",
-                held.trial, held.submission, PUT_OFF_S, error,
+                held.trial, held.submission, pause_s, error,
             )  # fmt: skip
-            self._patiently(lambda: queue.put_off(self.store, held, PUT_OFF_S))
             time.sleep(IDLE_S)
             return
         LOG.error("run %d of %s failed on the server", held.trial, held.submission, exc_info=error)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import logging
 import os
+import re
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -54,7 +55,7 @@ def test_what_the_machine_lacks_costs_a_run_nothing(
     """It waits its turn again however often that happens, others have theirs meanwhile, and the log has a line."""
     service.hand_in(service.ours)
     monkeypatch.setattr(working, "IDLE_S", 0.0)
-    monkeypatch.setattr(working, "PUT_OFF_S", 0.0)
+    monkeypatch.setattr(queue, "PUT_OFF_S", 0.0)
     worker = Worker(service.store, service.contest, service.data, _NoSandbox())
     shortages = [OSError(number, os.strerror(number)) for number in (errno.ENOSPC, errno.EMFILE, errno.EAGAIN)]
     unwatched = TampError("a solution could not be watched")
@@ -67,13 +68,73 @@ def test_what_the_machine_lacks_costs_a_run_nothing(
             held = queue.claim(service.store)
             assert held is not None and held.claims == 1
             worker.do(held)
-    monkeypatch.setattr(working, "PUT_OFF_S", 1000.0)
+    monkeypatch.setattr(queue, "PUT_OFF_S", 1000.0)
     assert len({_put_off(worker, service) for _ in range(4)}) == 4
-    assert queue.claim(service.store) is None and queue.waiting(service.store) == 4
+    assert queue.claim(service.store) is None
     errors = [record for record in caplog.records if record.levelno >= logging.ERROR]
     assert len(errors) == len(causes) * MOST_CLAIMS + 4
     assert all(record.exc_info is None and "could not be begun" in record.getMessage() for record in errors)
     assert "status 3 before run() returned: no namespaces today" in errors[0].getMessage()
+
+
+def test_runs_that_cannot_be_begun_are_tried_later_and_later_and_told(
+    service: Service, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They were tried each minute for ever, and kept who waits for the end of all from ending."""
+    now, pauses = [1e9], []
+    monkeypatch.setattr("tamp.contest.service.queue.time.time", lambda: now[0])
+    monkeypatch.setattr(working, "unpack", _raise(OSError(errno.ENOSPC, "no room for a.secret")))
+    number = service.hand_in(service.ours).json()["id"]
+    held = queue.claim(service.store)
+    for _ in range(6):
+        assert held is not None
+        pauses.append(queue.put_off(service.store, held, "no room"))
+        now[0] += pauses[-1] + 1
+        held = next(h for h in iter(lambda: queue.claim(service.store), None) if h.trial == held.trial)
+    assert pauses == [60, 120, 240, 480, 600, 600]
+    now[0] += 100
+    monkeypatch.setattr(working.time, "sleep", lambda s: now.__setitem__(0, now[0] + s))
+    monkeypatch.setattr(working, "IDLE_S", 30.0)
+    Worker(service.store, service.contest, service.data, Plain()).run(until_empty=True)  # ends
+    told = queue.put_off_now(service.store)
+    assert told is not None and (told.runs, told.since) == (4, 1e9) and "a.secret" in told.cause
+    assert str(told).startswith("4 runs put off since 09 Sep 2001 01:46 UTC: ")
+    for page in (service.get("/").text, service.get(f"/submissions/{number}").text):
+        assert "4 runs could not be begun" in page and "a.secret" not in page
+    assert service.get(f"/api/submissions/{number}").json()["put_off"] == 4
+    now[0] += 1000
+    assert service.evaluate() == 4 and queue.put_off_now(service.store) is None
+    assert "could not be begun" not in service.get("/").text
+
+
+def test_what_is_put_off_is_at_once_in_turn_again_after_again(service: Service) -> None:
+    service.hand_in(service.ours)
+    while (held := queue.claim(service.store)) is not None:
+        queue.put_off(service.store, held, "no room")
+    assert len(queue.refresh(service.store, service.contest).queued) == 4
+    assert queue.put_off_now(service.store) is None and queue.claim(service.store) is not None
+
+
+LIMITS = [
+    ("memory_mb: 8", "start: the process ended with status|memory: used more than 8 MiB"),
+    ("processor_s: 0.001", "start|processor"),
+]
+
+
+@pytest.mark.parametrize(("limit", "why"), LIMITS)
+def test_rules_by_which_nothing_can_be_run_are_refused_at_the_start(
+    service: Service, capsys: pytest.CaptureFixture[str], limit: str, why: str
+) -> None:
+    from tamp.cli import main
+
+    with (service.data / "contest.yaml").open("a") as file:
+        file.write(f"limits: {{{limit}}}\n")
+    for action in (["serve", "--port", "1"], ["work", "--until-empty"]):
+        assert main(["contest", *action, "--data", str(service.data), "--no-isolation"]) == 2
+        said = capsys.readouterr().err
+        assert said.count("\n") == 1 and re.search(f"contest.yaml: no solution can be run, .* ends by ({why})", said), (
+            said
+        )
 
 
 class _NoSandbox(Plain):

@@ -20,6 +20,7 @@ from fastapi.responses import FileResponse, HTMLResponse, JSONResponse
 from tamp.contest.service import films
 from tamp.contest.service.board import Board, Progress
 from tamp.contest.service.contest import KINDS, Contest, Kind
+from tamp.contest.service.queue import put_off_now
 from tamp.contest.service.scratch import scratch_folder
 from tamp.contest.service.store import OUT_OF_REACH, DamagedError, Store, StoreFullError
 from tamp.contest.service.submissions import TooManyError, accept, count_attempt, left_this_month, suffix_of
@@ -142,7 +143,7 @@ class Routes:
     def leaderboard_page(self, request: Request) -> str:
         """Who is ahead."""
         boards = [(kind, self._board.places(kind), self._contest.yardsticks[kind]) for kind in self._contest.entries]
-        return self._page(request, "leaderboard.html", boards=boards)
+        return self._page(request, "leaderboard.html", boards=boards, put_off=put_off_now(self._store))
 
     def rules_page(self, request: Request) -> str:
         """What counts."""
@@ -179,6 +180,7 @@ class Routes:
             yardsticks={task.task: task for task in self._contest.yardsticks[found.kind]},
             logs=self._board.logs(number) if owner else [],
             films=self._films(found),
+            put_off=put_off_now(self._store, number),
         )
 
     def missing(self, request: Request, error: Exception) -> Response:
@@ -282,6 +284,8 @@ class Routes:
         found = self._visible(request, number)
         team = team_of(self._store, _token(request))
         values = _progress(found)
+        put_off = put_off_now(self._store, number)
+        values["put_off"] = 0 if put_off is None else put_off.runs
         if found.state == "done":
             values["errors_m"] = self._board.errors(found.kind, self._board.results(number))
         if team is not None and team.name == found.team:

@@ -41,7 +41,7 @@ const watch = async () => {
     const state = live.querySelector(".state");
     state.textContent = now.state;
     state.className = `state ${now.state}`;
-    if (now.state === "done") return location.reload();
+    if (now.state === "done" || now.put_off !== Number(live.dataset.putOff)) return location.reload();
   }
   setTimeout(watch, 1500);
 };
