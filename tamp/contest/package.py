@@ -53,6 +53,12 @@ class Package:
     folder: Path
     module: str
 
+    @property
+    def source(self) -> Path:
+        """The file that Python reads when it imports the module."""
+        package = self.folder / self.module / "__init__.py"
+        return package if package.is_file() else self.folder / f"{self.module}.py"
+
 
 def unpack(source: Path, folder: Path, limits: Uploads | None = None, called: str | None = None) -> Package:
     """Copy a solution into an empty folder.

@@ -15,7 +15,9 @@ from typing import Any
 
 from sqlalchemy import Connection, func, insert, select
 
+from tamp.contest.definition import objection
 from tamp.contest.package import unpack
+from tamp.contest.sandbox.isolation import visible
 from tamp.contest.service.contest import Contest, Kind
 from tamp.contest.service.store import ATTEMPTS, QUEUED, RUNNING, SUBMISSIONS, TEAMS, TRIALS, Store
 from tamp.contest.service.teams import Team
@@ -87,7 +89,11 @@ def accept(store: Store, contest: Contest, data: Path, team: Team, kind: Kind, n
     named = upload.with_name(upload.name + suffix)
     upload.replace(named)
     with tempfile.TemporaryDirectory(dir=upload.parent) as folder:
-        unpack(named, Path(folder) / "solution", contest.rules.uploads, Path(name).name[-LONGEST_NAME:])
+        shown = Path(name).name[-LONGEST_NAME:]
+        package = unpack(named, Path(folder) / "solution", contest.rules.uploads, shown)
+        wrong = visible(objection(package.source))
+        if wrong:
+            raise TampError(f"{shown}: {package.source.name} {wrong}")
     digest = hashlib.sha256(named.read_bytes()).hexdigest()
     with store.change() as connection:
         _lock(connection, team)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import io
+import re
 import zipfile
 from collections.abc import AsyncIterator, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -183,3 +184,20 @@ def test_an_upload_whose_sender_goes_away_leaves_nothing_and_is_no_error(service
 def test_a_refusal_calls_the_file_as_its_team_does(service: Service) -> None:
     answer = service.hand_in(service.ours, b"no zip", "our best.zip")
     assert answer.json()["detail"] == "our best.zip: is no zip that can be read: it has no directory"
+
+
+def test_what_can_hold_no_solution_uses_up_no_submission(service: Service) -> None:
+    """It was accepted, failed in all of its runs, and counted."""
+    package = io.BytesIO()
+    with zipfile.ZipFile(package, "w") as archive:
+        archive.writestr("solution/__init__.py", "from solution import other")
+        archive.writestr("solution/other.py", CODE)
+    for code, name, why in (
+        (b"def solve(goal, robot): ...", "ours.py", "ours.py: solution.py has no class Solution with run"),
+        (b"class Solution\n", "ours.py", r"ours.py: solution.py is no Python 3.\d+: line 1: "),
+        (package.getvalue(), "ours.zip", "ours.zip: __init__.py has no class Solution with run"),
+    ):
+        answer = service.hand_in(service.ours, code, name)
+        assert answer.status_code == 422 and re.match(why, answer.json()["detail"]), answer.text
+    assert service.get("/api/submissions", service.ours).json() == [] and not list(service.data.glob("packages/*"))
+    assert "(3 left this month)" in service.get("/team", service.ours).text

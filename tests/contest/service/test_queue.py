@@ -6,6 +6,7 @@ import errno
 import logging
 import os
 import re
+import tempfile
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -123,9 +124,11 @@ LIMITS = [
 
 @pytest.mark.parametrize(("limit", "why"), LIMITS)
 def test_rules_by_which_nothing_can_be_run_are_refused_at_the_start(
-    service: Service, capsys: pytest.CaptureFixture[str], limit: str, why: str
+    service: Service, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], limit: str, why: str
 ) -> None:
     from tamp.cli import main
+
+    monkeypatch.setattr(tempfile, "tempdir", tempfile.gettempdir())  # which the commands change for their process
 
     with (service.data / "contest.yaml").open("a") as file:
         file.write(f"limits: {{{limit}}}\n")
