@@ -56,14 +56,13 @@ def test_whatever_is_asked_the_answer_is_one_that_is_described(service: Service,
             given = [p["name"] for p in operation.get("parameters", ()) if p["in"] == "query" and rng.random() < 0.9]
             token = rng.choice((service.ours, service.ours, service.theirs, "none", "Basic \u00e9"))
             authorization = {"Authorization": f"Bearer {token}".encode()} if rng.random() < 0.9 else {}
+            body = rng.choice((CODE + b"#%d" % rng.randrange(99), rng.choice(BODIES)))
             answer = service.client.request(
                 method,
                 path,
                 params={name: VALID[name] if rng.random() < 0.7 else rng.choice(ODD) for name in given},
                 headers={**rng.choice(HEADERS), **authorization},
-                content=rng.choice((CODE + b"#%d" % rng.randrange(99), rng.choice(BODIES)))
-                if method != "GET"
-                else None,
+                content=body if method != "GET" else None,
             )
             known = operation["responses"]
             assert str(answer.status_code) in known, (method, answer.request.url, answer.status_code, answer.text[:200])
@@ -94,3 +93,41 @@ def test_a_parameter_that_is_none_is_told_in_a_sentence(service: Service) -> Non
 def test_head_is_answered_as_get(service: Service, path: str) -> None:
     got, asked = service.client.get(path), service.client.head(path)
     assert (asked.status_code, asked.headers["Content-Type"]) == (got.status_code, got.headers["Content-Type"])
+
+
+def test_answers_are_described_field_by_field(service: Service) -> None:
+    """Only uploads were: of all else the description said that it is some object."""
+    description = service.get("/api/openapi.json").json()
+    number = service.hand_in(service.ours).json()["id"]
+    service.evaluate()
+    for path in ("/api/leaderboard", "/api/tasks", "/api/submissions", f"/api/submissions/{number}", "/api/export"):
+        template = path.replace(number, "{number}")
+        described = description["paths"][template]["get"]["responses"]["200"]["content"]["application/json"]["schema"]
+        _hold(service.get(path, service.ours).json(), described, description["components"]["schemas"])
+    for method, path, operation in _operations(description):
+        for status, answer in operation["responses"].items():
+            schema = answer.get("content", {}).get("application/json", {}).get("schema", {"$ref": ""})
+            assert "$ref" in schema or "$ref" in schema["items"], (method, path, status)
+
+
+def _hold(value: Any, schema: dict[str, Any], known: dict[str, Any]) -> None:
+    """Hold an answer against its description: each field is said, with its type, and what is said to be there is."""
+    if "$ref" in schema:
+        schema = known[schema["$ref"].rpartition("/")[2]]
+    if "anyOf" in schema:
+        assert len(schema["anyOf"]) == 2 and schema["anyOf"][1] == {"type": "null"}
+        return None if value is None else _hold(value, schema["anyOf"][0], known)
+    kinds = {"object": dict, "array": list, "string": str, "integer": int, "number": (int, float), "boolean": bool}
+    if "type" in schema:
+        assert isinstance(value, kinds[schema["type"]]), (value, schema)
+    if isinstance(value, dict) and "properties" in schema:
+        assert set(schema.get("required", ())) <= value.keys() <= schema["properties"].keys()
+        for name, item in value.items():
+            _hold(item, schema["properties"][name], known)
+    elif isinstance(value, dict) and isinstance(schema.get("additionalProperties"), dict):
+        for item in value.values():
+            _hold(item, schema["additionalProperties"], known)
+    elif isinstance(value, list) and "items" in schema:
+        for item in value:
+            _hold(item, schema["items"], known)
+    return None

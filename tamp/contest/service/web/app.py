@@ -26,7 +26,22 @@ from tamp.contest.service.store import OUT_OF_REACH, DamagedError, Store, StoreF
 from tamp.contest.service.submissions import TooManyError, accept, count_attempt, left_this_month, suffix_of
 from tamp.contest.service.teams import Team, team_of
 from tamp.contest.service.web import pages
-from tamp.contest.service.web.described import ACCEPTED, ARCHIVE, OPTIONAL, TOKEN, UPLOAD, Submitted, refusals
+from tamp.contest.service.web.described import (
+    ACCEPTED,
+    ARCHIVE,
+    OPTIONAL,
+    TOKEN,
+    UPLOAD,
+    Export,
+    Followed,
+    Handed,
+    Leaderboard,
+    LoggedIn,
+    LoggedOut,
+    Submitted,
+    TaskSets,
+    refusals,
+)  # fmt: skip
 from tamp.contest.service.web.guard import add_guards
 from tamp.contest.service.web.pictures import picture, task_archive
 from tamp.errors import TampError
@@ -112,12 +127,14 @@ class Routes:
         app.get("/pictures/{kind}/{label}.png", include_in_schema=False)(self.task_picture)
         app.get("/films/{trial}.gif", include_in_schema=False)(self.film)
         token = [TOKEN]
-        app.get("/api/leaderboard", responses=refusals(422, 503))(self.leaderboard)
-        app.get("/api/tasks")(self.tasks)
+        app.get("/api/leaderboard", response_model=Leaderboard, responses=refusals(422, 503))(self.leaderboard)
+        app.get("/api/tasks", response_model=TaskSets)(self.tasks)
         app.get("/api/tasks/trial.zip", response_class=Response, responses=ARCHIVE | refusals(500, 507))(
             self.trial_tasks
         )
-        app.get("/api/submissions", responses=refusals(401, 503), dependencies=token)(self.submissions)
+        app.get("/api/submissions", response_model=list[Handed], responses=refusals(401, 503), dependencies=token)(
+            self.submissions
+        )
         app.post(
             UPLOADS,
             status_code=201,
@@ -126,12 +143,17 @@ class Routes:
             openapi_extra=UPLOAD,
             dependencies=token,
         )(self.submit)
-        app.get("/api/submissions/{number}", responses=refusals(404, 503), dependencies=token, openapi_extra=OPTIONAL)(
-            self.submission
-        )
-        app.get("/api/export", responses=refusals(401, 503), dependencies=token)(self.export)
-        app.post("/api/session", responses=refusals(400, 401, 403, 413, 422, 503))(self.log_in)
-        app.delete("/api/session", responses=refusals(403, 413))(self.log_out)
+        app.get(
+            "/api/submissions/{number}",
+            response_model=Followed,
+            response_model_exclude_unset=True,
+            responses=refusals(404, 503),
+            dependencies=token,
+            openapi_extra=OPTIONAL,
+        )(self.submission)
+        app.get("/api/export", response_model=Export, responses=refusals(401, 503), dependencies=token)(self.export)
+        app.post("/api/session", response_model=LoggedIn, responses=refusals(400, 401, 403, 413, 422, 503))(self.log_in)
+        app.delete("/api/session", response_model=LoggedOut, responses=refusals(403, 413))(self.log_out)
 
     def _static(self, name: str, kind: str) -> Callable[[], Response]:
         return lambda: Response(pages.static(name), media_type=kind)
