@@ -151,9 +151,14 @@ def rank(
         min((_standing(name, runs, tasks, best_of, draws) for runs in _apart(results, best_of)), key=_key)
         for name, results in solutions.items()
     ]
-    standings.sort(key=lambda s: (*_key(s), s.solution))
-    keys = [_key(s) for s in standings]
-    return tuple(replace(s, rank=1 + keys.index(_key(s))) for s in standings)
+    return placed(standings)
+
+
+def placed(standings: Iterable[Standing]) -> tuple[Standing, ...]:
+    """Standings over the same tasks in their order, the best first, with their ranks among each other."""
+    ordered = sorted(standings, key=lambda s: (*_key(s), s.solution))
+    keys = [_key(s) for s in ordered]
+    return tuple(replace(s, rank=1 + keys.index(_key(s))) for s in ordered)
 
 
 def _key(standing: Standing) -> tuple[int, float]:

@@ -1,20 +1,20 @@
-"""The leaderboard, and how far each submission is: read from the runs that are recorded, never kept beside them."""
+"""The leaderboard, and how far each submission is: read from the recorded runs, and nothing else is kept on disk."""
 
 from __future__ import annotations
 
 import json
 import threading
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from sqlalchemy import case, func, select
 
 from tamp.contest.evaluation.standings import counting, improvement, standings
 from tamp.contest.service.contest import Contest, Kind
-from tamp.contest.service.store import ASIDE, SUBMISSIONS, TEAMS, TRIALS, Store
+from tamp.contest.service.store import ASIDE, DONE, SUBMISSIONS, TEAMS, TRIALS, Store
 from tamp.results import Result, from_json, to_json
-from tamp.scoring.ranking import Standing
+from tamp.scoring.ranking import Standing, placed
 
 
 @dataclass(frozen=True)
@@ -73,48 +73,59 @@ class Progress:
         return "running" if self.running or self.done else "queued"
 
 
+@dataclass(frozen=True)
+class _Scored:
+    """What is kept of a submission that is done: its standing by itself, and its errors by task [m]."""
+
+    standing: Standing
+    tasks: Mapping[str, float]
+
+
 class Board:
-    """Reads the database for pages; what takes long is kept until another run is recorded."""
+    """Reads the database for pages; what a submission that is done scored is read once, until a run of it changes."""
 
     def __init__(self, store: Store, contest: Contest) -> None:
         self._store, self._contest = store, contest
         self._lock = threading.Lock()
-        self._known: dict[Kind, tuple[Any, tuple[Place, ...]]] = {}
+        self._scored: dict[str, tuple[Any, _Scored]] = {}
 
     def places(self, kind: Kind) -> tuple[Place, ...]:
         """Teams, the best first, each by its best submission; those without one that is done are left out."""
-        done = TRIALS.c.state == "done"
-        with self._store.look() as connection:
-            state = connection.execute(
-                select(func.count(), func.max(TEAMS.c.id), func.sum(TRIALS.c.id), func.sum(TRIALS.c.evaluations))
-                .select_from(TRIALS.join(SUBMISSIONS, TRIALS.c.submission == SUBMISSIONS.c.id).join(TEAMS))
-                .where(done, SUBMISSIONS.c.kind == kind)
-            ).one()
-        with self._lock:
-            if kind not in self._known or self._known[kind][0] != state:
-                self._known[kind] = state, self._places(kind)
-            return self._known[kind][1]
-
-    def _places(self, kind: Kind) -> tuple[Place, ...]:
-        yardsticks, rules = self._contest.yardsticks[kind], self._contest.rules
-        of_team: dict[str, dict[str, Sequence[Result]]] = {}
-        for submission in self.submissions(kind):
-            if submission.state == "done":
-                of_team.setdefault(submission.team, {})[submission.id] = self.results(submission.id)
-        if not of_team or not yardsticks:
+        if not self._contest.yardsticks[kind]:
             return ()
-        best = {team: standings(theirs, yardsticks, rules)[0].solution for team, theirs in of_team.items()}
-        kept = {team: of_team[team][number] for team, number in best.items()}
+        columns = (SUBMISSIONS.c.id, TEAMS.c.name)
+        with self._store.look() as connection:
+            rows = connection.execute(
+                select(*columns, func.count(), func.sum(TRIALS.c.id), func.sum(TRIALS.c.evaluations))
+                .join(TEAMS, TEAMS.c.id == SUBMISSIONS.c.team)
+                .join(TRIALS, TRIALS.c.submission == SUBMISSIONS.c.id)
+                .where(TRIALS.c.state != ASIDE, SUBMISSIONS.c.kind == kind)
+                .group_by(*columns)
+                .having(func.sum(case((TRIALS.c.state == DONE, 0), else_=1)) == 0)
+            ).all()
+        of_team: dict[str, list[_Scored]] = {}
+        with self._lock:
+            for number, team, *runs in rows:
+                if number not in self._scored or self._scored[number][0] != runs:
+                    self._scored[number] = runs, self._score(kind, number)
+                of_team.setdefault(team, []).append(self._scored[number][1])
+        best = {team: placed(one.standing for one in theirs)[0].solution for team, theirs in of_team.items()}
+        kept = {team: next(s for s in theirs if s.standing.solution == best[team]) for team, theirs in of_team.items()}
         return tuple(
             Place(
                 standing,
-                improvement(standing, rules),
+                improvement(standing, self._contest.rules),
                 best[standing.solution],
-                self.errors(kind, kept[standing.solution]),
+                kept[standing.solution].tasks,
                 len(of_team[standing.solution]),
             )
-            for standing in standings(kept, yardsticks, rules)
+            for standing in placed(replace(scored.standing, solution=team) for team, scored in kept.items())
         )
+
+    def _score(self, kind: Kind, number: str) -> _Scored:
+        results = self.results(number)
+        (standing,) = standings({number: results}, self._contest.yardsticks[kind], self._contest.rules)
+        return _Scored(standing, self.errors(kind, results))
 
     def errors(self, kind: Kind, results: Sequence[Result]) -> dict[str, float]:
         """Label -> mean error of the runs that count [m]; doing nothing where none does."""
