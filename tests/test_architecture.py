@@ -108,7 +108,7 @@ HOMES = {
     },
     "sqlalchemy": {
         "contest.service.board", "contest.service.films", "contest.service.queue", "contest.service.store",
-        "contest.service.submissions", "contest.service.teams", "contest.service.worker",
+        "contest.service.submissions", "contest.service.teams", "contest.service.withdrawn", "contest.service.worker",
     },
     "threadpoolctl": {"threads"},
     "toppra": {"world.timing.path_rates"},

@@ -154,6 +154,21 @@ def _add_service(actions: Commands) -> None:
     text = "after a change of rules or tasks: hold all submissions against the new ones; needs the extra 'contest'"
     parser = command(actions, "again", again, text)
     parser.add_argument("--all", action="store_true", help="do every run anew, as after an upgrade")
+    parser.add_argument("--restore", nargs="+", default=(), metavar="NUMBER", help="submissions that were withdrawn")
+    _add_data(parser)
+    text = "take submissions, or a team with its token, out of the contest; needs the extra 'contest'"
+    parser = command(actions, "withdraw", withdraw, text)
+    parser.add_argument("numbers", nargs="*", metavar="NUMBER", help="of a submission, as 'status' lists it")
+    parser.add_argument("--team", metavar="NAME", help="all of its submissions, and its token")
+    parser.add_argument("--why", default="", metavar="TEXT", help="what its team is told")
+    parser.add_argument("--give-back", action="store_true", help="it does not count among those of its month")
+    _add_data(parser)
+    parser = command(actions, "status", status, "list submissions and what waits; needs the extra 'contest'")
+    _add_data(parser)
+    text = "add the teams of another contest, such as last season's, with their tokens; needs the extra 'contest'"
+    parser = command(actions, "carry", carry, text)
+    parser.add_argument("source", type=Path, metavar="FOLDER", help="of the other contest")
+    parser.add_argument("--from-database", metavar="URL", help="its database; default: SQLite in its folder")
     _add_data(parser)
     parser = command(actions, "work", work, "one more worker, on this machine or another; needs the extra 'contest'")
     parser.add_argument(
@@ -262,8 +277,65 @@ def again(options: argparse.Namespace) -> int:
     _require_extra()
     from tamp.contest.service import serve as service
 
-    found = service.again(options.data, options.database, everything=options.all)
+    found = service.again(options.data, options.database, everything=options.all, restored=options.restore)
     print(f"{len(found.queued)} runs are to be done, {found.aside} no longer count", file=options.out)
+    return SOLVED
+
+
+def withdraw(options: argparse.Namespace) -> int:
+    """Withdraw submissions, or all of a team and its token."""
+    _require_extra()
+    from tamp.contest.service import withdrawn
+    from tamp.contest.service.serve import rules_file
+    from tamp.contest.service.store import open_store
+    from tamp.contest.service.teams import renew_token
+
+    rules_file(options.data)
+    if bool(options.numbers) == (options.team is not None):
+        raise TampError("say what is withdrawn: numbers of submissions, or --team NAME")
+    store, numbers = open_store(options.data, options.database), tuple(options.numbers)
+    if options.team is not None:
+        renew_token(store, options.team)  # the new one is nobody's
+        numbers = withdrawn.submissions_of(store, options.team)
+    withdrawn.withdraw(store, numbers, options.why, counts=not options.give_back)
+    print(f"{len(set(numbers))} submissions are withdrawn", file=options.out)
+    return SOLVED
+
+
+def status(options: argparse.Namespace) -> int:
+    """A line a submission, the newest first, and what cannot be begun."""
+    _require_extra()
+    from tamp.contest.service.board import progress
+    from tamp.contest.service.queue import put_off_now
+    from tamp.contest.service.serve import rules_file
+    from tamp.contest.service.store import open_store
+    from tamp.contest.service.withdrawn import withdrawn
+
+    rules_file(options.data)
+    store = open_store(options.data, options.database)
+    for s in progress(store):
+        print(f"{s.id}  {s.kind:7s}  {s.state:9s}  {s.done}/{s.total}  {s.team}: {s.file}", file=options.out)
+    for w in withdrawn(store):
+        print(
+            f"{w.id}  {w.kind:7s}  withdrawn  {w.team}: {w.file}{' (' + w.why + ')' if w.why else ''}", file=options.out
+        )
+    put_off = put_off_now(store)
+    print("nothing is put off" if put_off is None else put_off, file=options.out)
+    return SOLVED
+
+
+def carry(options: argparse.Namespace) -> int:
+    """Add another contest's teams."""
+    _require_extra()
+    from tamp.contest.service.serve import rules_file
+    from tamp.contest.service.store import open_store
+    from tamp.contest.service.teams import carry_teams
+
+    rules_file(options.source)
+    rules_file(options.data)
+    source = open_store(options.source, options.from_database)
+    count = carry_teams(source, open_store(options.data, options.database))
+    print(f"{count} teams are new here; their tokens are as they were", file=options.out)
     return SOLVED
 
 

@@ -163,29 +163,15 @@ class Board:
 
     def submissions(self, kind: Kind | None = None, *, team: int | None = None) -> tuple[Progress, ...]:
         """All submissions of a set or a team, the newest first."""
-        return self._progress(
-            *([] if kind is None else [SUBMISSIONS.c.kind == kind]), *([] if team is None else [TEAMS.c.id == team])
+        return progress(
+            self._store,
+            *([] if kind is None else [SUBMISSIONS.c.kind == kind]),
+            *([] if team is None else [TEAMS.c.id == team]),
         )
 
     def submission(self, number: str) -> Progress | None:
         """One submission; None where there is none of that number."""
-        return next(iter(self._progress(SUBMISSIONS.c.id == number)), None)
-
-    def _progress(self, *conditions: Any) -> tuple[Progress, ...]:
-        def count(state: str) -> Any:
-            return func.sum(case((TRIALS.c.state == state, 1), else_=0))
-
-        columns = (SUBMISSIONS.c.id, TEAMS.c.name, SUBMISSIONS.c.kind, SUBMISSIONS.c.file, SUBMISSIONS.c.created)
-        query = (
-            select(*columns, func.count(), count("running"), count("done"))
-            .join(TEAMS, TEAMS.c.id == SUBMISSIONS.c.team)
-            .join(TRIALS, TRIALS.c.submission == SUBMISSIONS.c.id)
-            .where(TRIALS.c.state != ASIDE, *conditions)
-            .group_by(*columns)
-            .order_by(SUBMISSIONS.c.created.desc(), SUBMISSIONS.c.id)
-        )
-        with self._store.look() as connection:
-            return tuple(Progress(*row) for row in connection.execute(query))
+        return next(iter(progress(self._store, SUBMISSIONS.c.id == number)), None)
 
     def export(self) -> dict[str, Any]:
         """Everything that is recorded of all submissions, without tokens, logs and packages."""
@@ -194,3 +180,22 @@ class Board:
             results = [json.loads(to_json(result)) for result in self.results(submission.id)]
             rows.append({**vars(submission), "state": submission.state, "results": results})
         return {"contest": self._contest.rules.name, "submissions": rows}
+
+
+def progress(store: Store, *conditions: Any) -> tuple[Progress, ...]:
+    """Submissions that meet all conditions, the newest first."""
+
+    def count(state: str) -> Any:
+        return func.sum(case((TRIALS.c.state == state, 1), else_=0))
+
+    columns = (SUBMISSIONS.c.id, TEAMS.c.name, SUBMISSIONS.c.kind, SUBMISSIONS.c.file, SUBMISSIONS.c.created)
+    query = (
+        select(*columns, func.count(), count("running"), count("done"))
+        .join(TEAMS, TEAMS.c.id == SUBMISSIONS.c.team)
+        .join(TRIALS, TRIALS.c.submission == SUBMISSIONS.c.id)
+        .where(TRIALS.c.state != ASIDE, *conditions)
+        .group_by(*columns)
+        .order_by(SUBMISSIONS.c.created.desc(), SUBMISSIONS.c.id)
+    )
+    with store.look() as connection:
+        return tuple(Progress(*row) for row in connection.execute(query))

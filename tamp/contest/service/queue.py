@@ -26,7 +26,18 @@ from tamp.contest.service.conditions import (
     to_text,
 )  # fmt: skip
 from tamp.contest.service.contest import Contest, Kind
-from tamp.contest.service.store import ASIDE, CONDITIONS, DONE, PUT_OFF, QUEUED, RUNNING, SUBMISSIONS, TRIALS, Store
+from tamp.contest.service.store import (
+    ASIDE,
+    CONDITIONS,
+    DONE,
+    PUT_OFF,
+    QUEUED,
+    RUNNING,
+    SUBMISSIONS,
+    TRIALS,
+    WITHDRAWN,
+    Store,
+)
 from tamp.errors import TampError
 from tamp.results import from_json
 
@@ -251,6 +262,7 @@ def refresh(store: Store, contest: Contest, *, everything: bool = False) -> Rene
         known = labels(history)
         now = conditions(labelled(contest, known["contest"]))
         afresh = everything or (bool(history) and history[-1].scene != now.scene)
+        withdrawn = set(connection.execute(select(WITHDRAWN.c.submission)).scalars())
         queued, aside = [], 0
         for number, kind in connection.execute(select(SUBMISSIONS.c.id, SUBMISSIONS.c.kind)).all():
             same = {label for label, digest in now.tasks[kind].items() if known[kind].get(label, digest) == digest}
@@ -259,7 +271,7 @@ def refresh(store: Store, contest: Contest, *, everything: bool = False) -> Rene
             for row in connection.execute(select(TRIALS).where(TRIALS.c.submission == number)).all():
                 lost = row.result is None or from_json(row.result).status == "error"
                 stale = afresh or lost or (row.task in now.tasks[kind] and row.task not in same)
-                counts = (row.task, row.simulator, row.run) in wanted
+                counts = number not in withdrawn and (row.task, row.simulator, row.run) in wanted
                 _put(connection, row.id, (QUEUED if stale else DONE) if counts else ASIDE, stale=stale)
                 queued += [row.id] if stale and counts else []
                 aside += not counts

@@ -23,6 +23,7 @@ from tamp.contest.service.queue import PutOff, Renewal, put_off_now, refresh, se
 from tamp.contest.service.scratch import alone, at_work, scratch_folder
 from tamp.contest.service.store import open_store
 from tamp.contest.service.submissions import require_packages
+from tamp.contest.service.withdrawn import restore
 from tamp.contest.service.worker import Worker
 from tamp.errors import TampError
 
@@ -94,21 +95,23 @@ def work(
         return put_off_now(store) if until_empty and not ended() else None
 
 
-def again(data: Path, database: str | None, *, everything: bool) -> Renewal:
+def again(data: Path, database: str | None, *, everything: bool, restored: Sequence[str] = ()) -> Renewal:
     """Hold all submissions against rules and tasks as they are now; the service must not run meanwhile.
 
     Args:
         data: the folder with the rules and the packages.
         database: URL; SQLite in `data` where it is None.
         everything: do every run anew.
+        restored: submissions that were withdrawn, and are no more.
 
     Raises:
-        TampError: where a server or worker is at work.
+        TampError: where a server or worker is at work, or a submission to be restored is not withdrawn.
     """
     contest = load_contest(rules_file(data))
     with alone(data):
         store = open_store(data, database)
         require_packages(store, data, every=True)
+        restore(store, restored)
         found = refresh(store, contest, everything=everything)
         for trial in found.queued:
             films.forget(data, trial)

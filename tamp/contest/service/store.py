@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from sqlalchemy import (
+    Boolean,
     Column,
     Connection,
     Float,
@@ -93,9 +94,18 @@ PUT_OFF = Table(
     Column("cause", Text, nullable=False),
 )
 """Runs that could not be begun for want of something: since when, how often in a row, and why the last time."""
+WITHDRAWN = Table(
+    "withdrawn",
+    META,
+    Column("submission", ForeignKey("submissions.id"), primary_key=True),
+    Column("at", Float, nullable=False),
+    Column("why", Text, nullable=False),
+    Column("counts", Boolean, nullable=False),
+)
+"""Submissions that the organisers withdrew, why, and whether they count among those of their month."""
 
 QUEUED, RUNNING, DONE, ASIDE = "queued", "running", "done", "aside"
-"""The states of a run; what is aside is of a task, simulator or number that no longer counts, with what came of it."""
+"""The states of a run; what is aside no longer counts, and keeps what came of it."""
 
 
 class StoreFullError(Exception):

@@ -19,7 +19,7 @@ from tamp.contest.definition import objection
 from tamp.contest.package import unpack
 from tamp.contest.sandbox.isolation import visible
 from tamp.contest.service.contest import Contest, Kind
-from tamp.contest.service.store import ATTEMPTS, QUEUED, RUNNING, SUBMISSIONS, TEAMS, TRIALS, Store
+from tamp.contest.service.store import ATTEMPTS, QUEUED, RUNNING, SUBMISSIONS, TEAMS, TRIALS, WITHDRAWN, Store
 from tamp.contest.service.teams import Team
 from tamp.errors import TampError
 
@@ -101,6 +101,9 @@ def accept(store: Store, contest: Contest, data: Path, team: Team, kind: Kind, n
             SUBMISSIONS.c.team == team.id, SUBMISSIONS.c.kind == kind, SUBMISSIONS.c.sha256 == digest
         )
         known = connection.execute(same).scalar()
+        gone = connection.execute(select(WITHDRAWN.c.why).where(WITHDRAWN.c.submission == known)).first()
+        if gone is not None:
+            raise TampError(f"the organisers have withdrawn this file{': ' * bool(gone.why)}{gone.why}")
         if known is not None:
             return Accepted(known, new=False)
         _refuse_surplus(connection, contest, team, kind)
@@ -166,8 +169,10 @@ def left_this_month(store: Store, contest: Contest, team: Team, kind: Kind) -> i
 def _left(connection: Connection, contest: Contest, team: Team, kind: Kind) -> int:
     now = datetime.now(timezone.utc)
     month = now.replace(day=1, hour=0, minute=0, second=0, microsecond=0).timestamp()
+    given_back = select(WITHDRAWN.c.submission).where(WITHDRAWN.c.counts.is_(False))
     mine = (SUBMISSIONS.c.team == team.id, SUBMISSIONS.c.kind == kind, SUBMISSIONS.c.created >= month)
-    return max(0, _most(contest, kind) - connection.execute(select(func.count()).where(*mine)).scalar_one())
+    count = select(func.count()).where(*mine, SUBMISSIONS.c.id.not_in(given_back))
+    return max(0, _most(contest, kind) - connection.execute(count).scalar_one())
 
 
 def _most(contest: Contest, kind: Kind) -> int:

@@ -90,3 +90,22 @@ def team_names(store: Store) -> tuple[str, ...]:
     """All names, sorted."""
     with store.look() as connection:
         return tuple(connection.execute(select(TEAMS.c.name).order_by(TEAMS.c.name)).scalars())
+
+
+def carry_teams(source: Store, store: Store) -> int:
+    """Add the teams of another contest, whose tokens are then good for both; how many were not there yet.
+
+    Raises:
+        TampError: where one has a name that is taken, or looks like one that is; nothing was changed then.
+    """
+    with source.look() as connection:
+        rows = connection.execute(select(TEAMS.c.name, TEAMS.c.token_sha256).order_by(TEAMS.c.id)).all()
+    with store.change() as connection:
+        there = connection.execute(select(TEAMS.c.name, TEAMS.c.token_sha256)).all()
+        taken = {_plain(row.name) for row in there}
+        new = [row for row in rows if tuple(row) not in map(tuple, there)]
+        if clash := [row.name for row in new if _plain(row.name) in taken]:
+            raise TampError(f"there are other teams called {', '.join(clash)} or nearly so; nothing was changed")
+        for row in new:
+            connection.execute(insert(TEAMS).values(**row._mapping, created=time.time()))
+    return len(new)

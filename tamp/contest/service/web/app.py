@@ -44,6 +44,7 @@ from tamp.contest.service.web.described import (
 )  # fmt: skip
 from tamp.contest.service.web.guard import add_guards
 from tamp.contest.service.web.pictures import picture, task_archive
+from tamp.contest.service.withdrawn import withdrawn
 from tamp.errors import TampError
 
 LOG = logging.getLogger(__name__)
@@ -186,7 +187,8 @@ class Routes:
         team = team_of(self._store, _token(request))
         mine = [] if team is None else self._board.submissions(team=team.id)
         left = {} if team is None else {k: left_this_month(self._store, self._contest, team, k) for k in KINDS}
-        return self._page(request, "team.html", submissions=mine, left=left)
+        gone = () if team is None else withdrawn(self._store, team)
+        return self._page(request, "team.html", submissions=mine, left=left, withdrawn=gone)
 
     def submission_page(self, request: Request, number: str) -> str:
         """One submission: live while it runs; what it printed for its owner only."""
