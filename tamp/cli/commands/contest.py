@@ -267,7 +267,10 @@ def serve(options: argparse.Namespace) -> int:
     listening = service.listen(options.host, options.port)
     host = f"[{options.host}]" if ":" in options.host else options.host
     url = f"http://{host}:{listening.getsockname()[1]}"
-    ready = lambda: print(url, file=options.out, flush=True)  # noqa: E731
+
+    def ready() -> None:
+        print(url, file=options.out, flush=True)
+
     service.serve(options.data, options.database, listening, workers, sandbox, ready)
     return SOLVED
 
@@ -316,9 +319,8 @@ def status(options: argparse.Namespace) -> int:
     for s in progress(store):
         print(f"{s.id}  {s.kind:7s}  {s.state:9s}  {s.done}/{s.total}  {s.team}: {s.file}", file=options.out)
     for w in withdrawn(store):
-        print(
-            f"{w.id}  {w.kind:7s}  withdrawn  {w.team}: {w.file}{' (' + w.why + ')' if w.why else ''}", file=options.out
-        )
+        why = f" ({w.why})" if w.why else ""
+        print(f"{w.id}  {w.kind:7s}  withdrawn  {w.team}: {w.file}{why}", file=options.out)
     put_off = put_off_now(store)
     print("nothing is put off" if put_off is None else put_off, file=options.out)
     return SOLVED
