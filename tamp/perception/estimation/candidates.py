@@ -133,7 +133,7 @@ def judged(volume: Volume, model: ObjectModel, poses: Array) -> list[Candidate]:
     """Poses, shape (n, 4, 4), with what they explain and violate, in order."""
     if not len(poses):
         return []
-    found = agreement(volume, model, poses)
+    found = agreement(volume, model, poses, len(model.points))
     cells = model.area / VOXEL**2
     return [
         Candidate(

@@ -1,6 +1,6 @@
 """One pose for every object, or none, so that together they explain what was measured and do not share space.
 
-Candidates are chosen for all objects at once by coordinate ascent with exchanges (iterated conditional modes).
+Candidates are chosen for all objects at once by coordinate ascent with ejections (iterated conditional modes).
 """
 
 from __future__ import annotations
@@ -62,7 +62,6 @@ class Selection:
         self._models, self._candidates, self._present = models, candidates, present
         self._explained = [_Explained.by(found) for found in candidates]
         self._count = len(cloud.points)
-        self._best = [_most(found, self._count) for found in candidates]
         self._costs = [np.array([FREE * c.free_area for c in found]) for found in candidates]
         # Of candidates, not of objects: what shares space stays so among more candidates, and for all of a mesh.
         self._overlaps: dict[frozenset[Candidate], float] = {} if before is None else before._overlaps
@@ -76,7 +75,7 @@ class Selection:
             before = list(self.chosen)
             for i in order:
                 self._choose(i)
-            if self.chosen == before and not self._exchange(order):
+            if self.chosen == before and not self._insert(order):
                 return
 
     def covered(self, without: Collection[int] = ()) -> Array:
@@ -93,6 +92,9 @@ class Selection:
         clash = np.array([self.clash(i, k) for k in range(len(self._candidates[i]))])
         gain: Array = self._gains_but_for_clashes(i) - OVERLAP * clash
         return gain
+
+    def _gain(self, i: int, k: int) -> float:
+        return float(self._gains_but_for_clashes(i)[k]) - OVERLAP * self.clash(i, k)
 
     def total(self) -> float:
         """What the choice is worth, in points."""
@@ -128,7 +130,7 @@ class Selection:
         Infinite where there is none; one of its own mesh is told apart from it by nothing.
         """
         kept, most = list(self.chosen), 0.0
-        gain = float(self.gains(i)[kept[i]])
+        gain = self._gain(i, kept[i])
         self.chosen[i] = -1
         for j, k in enumerate(kept):
             if k < 0 and self._models[j] is not self._models[i]:
@@ -171,25 +173,35 @@ class Selection:
                 best, most = k, gain
         return best, most
 
-    def _exchange(self, order: Sequence[int]) -> bool:
-        """Take one object away, let another choose first, and keep it where that is better for all."""
+    def _insert(self, order: Sequence[int]) -> bool:
+        """Put an object where it explains more, let what was in its way choose again, and keep that if all gain by it.
+
+        An ejection chain of one link (Glover, 1996): what is in the way may be several objects, each of which alone
+        would be better off where it is.
+        """
         now = self.total()
+        before = list(self.chosen)
         for i in order:
-            for j in order:
-                if i == j or not self._rivals(i, j):
-                    continue
-                before = list(self.chosen)
-                self.chosen[i] = -1
-                self._choose(j)
-                self._choose(i)
+            worth = self._worth(i)
+            gain = 0.0 if before[i] < 0 else self._gain(i, before[i])
+            for k in np.argsort(-worth, kind="stable").tolist():
+                if worth[k] <= gain + 1.0:
+                    break
+                moved = [j for j in order if j != i and before[j] >= 0 and self._in_the_way(i, k, j)]
+                self.chosen[i] = k
+                for j in moved:
+                    self.chosen[j] = -1
+                for j in moved:
+                    self._choose(j)
                 if self.total() > now + 1.0:
                     return True
-                self.chosen = before
+                self.chosen = list(before)
         return False
 
-    def _rivals(self, i: int, j: int) -> bool:
-        """Whether two objects could explain the same points."""
-        return bool(self._best[i] @ self._best[j] > 5.0)
+    def _in_the_way(self, i: int, k: int, j: int) -> bool:
+        """Whether what is chosen for j shares space or explained points with candidate k of i."""
+        a, b = self._candidates[i][k], self._candidates[j][self.chosen[j]]
+        return self._overlap(i, k, j, self.chosen[j]) > 0 or bool(np.isin(a.points, b.points).any())
 
     def _worth(self, i: int) -> Array:
         """What each candidate of an object explains by itself, less what it costs, in points, shape (n,)."""
@@ -241,14 +253,6 @@ class _Explained:
         """What each candidate explains more than is covered, in points, shape (count,)."""
         more = np.maximum(self.weight - covered[self.point], 0.0)
         return np.bincount(self.candidate, more, self.count).astype(np.float64)
-
-
-def _most(found: Sequence[Candidate], count: int) -> Array:
-    """How well any candidate explains each point, shape (count,)."""
-    best = np.zeros(count)
-    for candidate in found:
-        best[candidate.points] = np.maximum(best[candidate.points], candidate.weights)
-    return best
 
 
 def _shared(a: ObjectModel, T_a: Array, b: ObjectModel, T_b: Array) -> float:

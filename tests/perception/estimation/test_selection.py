@@ -67,6 +67,13 @@ def test_a_better_exchange_is_found() -> None:
     assert _chosen(first, second, models=twins).chosen == [1, 0]
 
 
+def test_what_two_others_stand_in_the_way_of_is_put_in_where_all_gain_by_it() -> None:
+    """What explains 90 shares space with both others, one of which explains hardly less elsewhere."""
+    wide = [_candidate(0.12, 100, 290), _candidate(0.5, 100, 288)]
+    choice = _chosen([_candidate(0.0, 0, 90)], [_candidate(-0.04, 0, 60)], wide, models=(SMALL, SMALL, BIG))
+    assert choice.chosen == [0, -1, 1]
+
+
 def test_two_of_a_kind_are_not_in_one_place() -> None:
     chosen = _chosen([_candidate(0.0, 0, 100)], [_candidate(0.001, 0, 103)], models=(SMALL, SMALL)).chosen
     assert sorted(chosen) == [-1, 0]
