@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.errors import TampError
 from tamp.perception.rendering.robot import robot_surface
 from tamp.perception.rendering.surface import TABLE_COLOR, Surface, plain, surface_of
 from tamp.task.model import Box, Shape, Table, Task
@@ -40,7 +41,12 @@ def surfaces(task: Task, visuals: Path | None = None) -> dict[str, Surface]:
     """Object -> what it looks like, see `surface_of`.
 
     Objects that look the same have one surface, also where their meshes are files of different names.
+
+    Raises:
+        TampError: where `visuals` is no folder: all would be grey without a word.
     """
+    if visuals is not None and not visuals.is_dir():
+        raise TampError(f"{visuals}: there is no such folder of coloured meshes, MODEL.ply")
     known: dict[Shape, Surface] = {}
     same: dict[tuple[bytes, ...], Surface] = {}
     for obj in task.objects:

@@ -102,7 +102,7 @@ def surface_of(obj: Object, visuals: Path | None = None) -> Surface:
     """What an object looks like: its coloured mesh where there is one, else its shape in grey.
 
     Args:
-        obj: its shape says where the coloured mesh is looked for: `visuals`/MODEL.ply, then visual.ply beside its mesh.
+        obj: its shape says where the coloured mesh is looked for: `visuals`/MODEL.ply, or visual.ply beside its mesh.
             A model is called by its mesh's folder if the mesh is called collision.obj, else by its mesh's file.
         visuals: folder of coloured meshes in the same frames as the shapes.
     """

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
+from tamp.errors import TampError
 from tamp.perception.rendering.scene import surfaces
 from tamp.perception.rendering.surface import plain, write_ply
 from tamp.task import Box, Mesh, Object, Pose, Task
@@ -27,3 +30,10 @@ def test_what_looks_the_same_has_one_surface_whatever_its_files_are_called(tmp_p
     looks = surfaces(Task("books", objects))
     assert looks["one"] is looks["same"]
     assert len({id(surface) for surface in looks.values()}) == 3
+
+
+def test_a_folder_of_coloured_meshes_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    task = Task("one", (Object("box", Box((0.05, 0.05, 0.05)), Pose()),))
+    assert set(surfaces(task, tmp_path)) == {"box"}
+    with pytest.raises(TampError, match="visaul: there is no such folder of coloured meshes"):
+        surfaces(task, tmp_path / "visaul")
