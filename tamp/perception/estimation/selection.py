@@ -177,16 +177,20 @@ class Selection:
         """Put an object where it explains more, let what was in its way choose again, and keep that if all gain by it.
 
         An ejection chain of one link (Glover, 1996): what is in the way may be several objects, each of which alone
-        would be better off where it is.
+        would be better off where it is. Of each place the candidate that explains most is tried.
         """
         now = self.total()
         before = list(self.chosen)
         for i in order:
             worth = self._worth(i)
             gain = 0.0 if before[i] < 0 else self._gain(i, before[i])
+            tried: set[int] = set()
             for k in np.argsort(-worth, kind="stable").tolist():
                 if worth[k] <= gain + 1.0:
                     break
+                if k in tried:
+                    continue
+                tried.update(self.at(i, self.center(i, k)))
                 moved = [j for j in order if j != i and before[j] >= 0 and self._in_the_way(i, k, j)]
                 self.chosen[i] = k
                 for j in moved:
