@@ -95,6 +95,7 @@ class Attempt:
         moves: moves between actions that failed.
         moved: the values to which moves led, each with what held then.
         nogoods: streams that failed in a state.
+        barred: facts that were not to hold, each with what made it hold.
         broke_at, reason: where it got furthest, and why not further.
         depth: the number of that item.
     """
@@ -105,6 +106,7 @@ class Attempt:
     moves: list[FailedMove] = field(default_factory=list)
     moved: list[tuple[int, State]] = field(default_factory=list)
     nogoods: list[Nogood] = field(default_factory=list)
+    barred: dict[Fact, tuple[Fact, ...]] = field(default_factory=dict)
     broke_at: str = ""
     reason: str = ""
     depth: int = -1

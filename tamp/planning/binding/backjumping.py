@@ -130,6 +130,8 @@ class Binder:
             if violation is not None:
                 walk.note(position, item.step, violation.reason)
                 walk.attempt.nogoods.extend(self._nogoods(walk.values.fact(item.fact), state) if item.positive else ())
+                if not item.positive:
+                    walk.attempt.barred[walk.values.fact(item.fact)] = violation.facts
                 return walk.blame(position, violation)
         if isinstance(item, Apply):
             taken = walk.skeleton.steps[item.step]

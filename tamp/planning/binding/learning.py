@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from tamp.planning.binding.attempt import Attempt
@@ -99,10 +99,42 @@ class Lessons:
                 blame = self.blames.setdefault(handle, Blame())
                 blame.facts.update(move.facts)
                 blame.failures += 1
+        self._learn_kinds(attempt.barred)
         for target, state in attempt.moved:
             kind = self._knowledge.lineage(target)
             if kind in self.blames:
                 self.blames[kind].harmless.update(state)
+
+    def _learn_kinds(self, barred: Mapping[Fact, tuple[Fact, ...]]) -> None:
+        """Blame the kinds of values that tests are against, where they were against all others of their kinds so far.
+
+        Such values are barred by whatever is of the same kind as what barred these: new ones would be drawn in vain.
+
+        Args:
+            barred: derived facts that were not to hold, each with what made it hold.
+        """
+        lineage, fluents = self._knowledge.lineage, self._knowledge.schema.fluents
+        kinds: dict[int, dict[Fact, None]] = {}
+        for head, causes in barred.items():
+            for test in filter(self._is_of_a_kind, causes):
+                for handle in {h for h in head[1:] if h in test[1:] and lineage(h) < 0}:
+                    others = set(test[1:]) - {handle}
+                    near = (f for f in causes if f[0] in fluents and not others.isdisjoint(f[1:]))
+                    alike = dict.fromkeys((f[0], *map(lineage, f[1:])) for f in near)
+                    kinds.setdefault(lineage(handle), {}).update(alike)
+        for kind, facts in kinds.items():
+            blame = self.blames.setdefault(kind, Blame())
+            blame.kinds.update(facts.keys())
+            blame.failures += 1
+
+    def _is_of_a_kind(self, fact: Fact) -> bool:
+        """Whether tests have said of many values of the same kinds, and of all, what they say of these."""
+        knowledge = self._knowledge
+        tests = knowledge.schema.tests.get(fact[0], ())
+        records = [knowledge.certifier(test, fact).record for test in tests]
+        if fact in knowledge.refuted:
+            return bool(records) and not any(record.hopeful for record in records)
+        return any(record.unfailing for record in records)
 
     @property
     def puzzling(self) -> bool:

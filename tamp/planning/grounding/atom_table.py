@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator
 
 from tamp.planning.grounding.ground_task import TaskEffect
 from tamp.planning.grounding.operators import GroundEffect
@@ -37,6 +37,7 @@ class Numbering:
         self._recursive = knowledge.schema.recursive
         self._numbers: dict[Fact, int] = {}
         self._axiomatic: dict[Fact, None] = {}
+        self._kinds: dict[Fact, list[Fact]] = {}
 
     def true(self, fact: Fact) -> bool:
         """Whether a derived atom holds whatever happens."""
@@ -53,6 +54,15 @@ class Numbering:
             self._bodies[head] = [(facts, others)] if all(f in self._reached for f in facts) else []
             self._reached.add(head)
         return head
+
+    def of_kinds(self, kinds: Iterable[Fact]) -> Iterator[Fact]:
+        """The atoms within reach of some facts that have lineages in place of objects."""
+        for kind in kinds:
+            if kind not in self._kinds:
+                alike = (f for f in self._reached if f[0] == kind[0])
+                lineage = self._knowledge.lineage
+                self._kinds[kind] = sorted(f for f in alike if (f[0], *map(lineage, f[1:])) == kind)
+            yield from self._kinds[kind]
 
     def known(self, fact: Fact) -> bool:
         """Whether an atom is within reach."""

@@ -87,13 +87,15 @@ class Blame:
 
     Attributes:
         facts: what was named or guessed to be in the way, each with how often.
-        failures: how many moves to the value failed.
+        failures: how many moves to the value failed, or plans with values of the lineage that it stands for.
         harmless: what held when a move to the value succeeded, each with how often.
+        kinds: facts that bar all values of a lineage, with lineages in place of objects, each with how often.
     """
 
     facts: Counter[Fact] = field(default_factory=Counter)
     failures: int = 0
     harmless: Counter[Fact] = field(default_factory=Counter)
+    kinds: Counter[Fact] = field(default_factory=Counter)
 
     @property
     def weight(self) -> int:
@@ -103,7 +105,7 @@ class Blame:
     def of_all(self) -> Blame | None:
         """What bars most moves to some values, and so maybe to others of their like; None where nothing does."""
         common = Counter({f: n for f, n in self.facts.items() if n >= LIKE and n > self.harmless[f]})
-        return Blame(common, self.failures) if common else None
+        return Blame(common, self.failures, kinds=self.kinds) if common or self.kinds else None
 
 
 LIKE = 4
@@ -353,8 +355,9 @@ class TaskBuilder:
         effects += moves.changed(op, number.of)
         cost = self._cost(op)
         against = self._against(op, blames) if blames else []
-        facts = dict.fromkeys(f for blame in against for f in blame.facts if f not in op.positive and number.known(f))
-        if not all(blame.facts for blame in against):
+        named = dict.fromkeys(f for blame in against for f in (*blame.facts, *number.of_kinds(blame.kinds)))
+        facts = [f for f in named if f not in op.positive and number.known(f)]
+        if not all(blame.facts or blame.kinds for blame in against):
             cost += max(blame.weight for blame in against)
         elif facts:
             clear = number.literals(positive, (*op.negative, *barred, *facts))

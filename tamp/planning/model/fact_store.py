@@ -120,6 +120,12 @@ class Knowledge:
         """The instance of a stream without fluents for these inputs, where there is one yet."""
         return self._instances.get((external.name, inputs, None))
 
+    def certifier(self, test: External, fact: Fact) -> Instance:
+        """The instance of a test that may certify a fact of a predicate that it certifies."""
+        pattern = next(p for p in test.certified if p[0] == fact[0])
+        values = dict(zip(pattern[1:], fact[1:], strict=True))
+        return self.instance(test, tuple(values[v] for v in test.inputs))
+
     def instances(self) -> list[Instance]:
         """All instances, in the order in which they appeared."""
         return list(self._instances.values())

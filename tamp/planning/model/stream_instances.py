@@ -60,6 +60,11 @@ class Record:
         """Whether a call has succeeded, or too few were made to tell."""
         return self.successes > 0 or self.calls < IN_VAIN
 
+    @property
+    def unfailing(self) -> bool:
+        """Whether all calls have succeeded, and there were enough to tell."""
+        return self.successes == self.calls >= IN_VAIN
+
 
 @dataclass(eq=False, slots=True)
 class Instance:
