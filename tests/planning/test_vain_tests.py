@@ -48,3 +48,13 @@ def test_so_it_is_where_a_predicate_says_what_collides(algorithm):
     domain = OVEN.replace("(Clear ?t ?o2 ?p2)", "(not (Hits ?t ?o2 ?p2))").replace("(Clear ?t", "(Hits ?t")
     problem = replace(problem, domain=domain, streams=streams, samplers=samplers)
     assert_solved(problem, algorithm)
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_values_that_are_rare_are_still_found_where_nothing_else_will_do(algorithm):
+    """There is room for both things in one of some 170 pairs of places: what bars their kinds is a guess."""
+    goal = ("and", ("In", "thing 0", "oven"), ("In", "thing 1", "oven"))
+    problem = replace(oven(2, width=1.3), goal=goal)
+    solution = solve(problem, algorithm=algorithm, max_iterations=100)
+    assert solution.cost == 4, solution.report
+    check(problem, solution)

@@ -35,15 +35,17 @@ OVEN_STREAMS = """
   (:stream test-clear :inputs (?t ?o ?p) :domain (and (Way ?t) (Pose ?o ?p)) :certified (Clear ?t ?o ?p)))
 """
 
-REGIONS = {"table": (0.0, 20.0), "oven": (30.0, 31.0)}
 
+def oven(things: int, width: float = 1.0) -> Problem:
+    """Things of which the first is to be baked, and the others are to be in the oven in the end.
 
-def oven(things: int) -> Problem:
-    """Things of which one is to be baked, the others to be in the oven in the end where there are two, or baked too."""
+    `width`: how far apart places in the oven may be; from 1.2 on there is room for two things.
+    """
+    regions = {"table": (0.0, 20.0), "oven": (30.0, 30.0 + width)}
 
     def sample_pose(context: Any, thing: str, region: str) -> Iterator[float]:
         while True:
-            yield context.rng.uniform(*REGIONS[region])
+            yield context.rng.uniform(*regions[region])
 
     def find_reach(context: Any, thing: str, pose: float) -> Iterator[tuple[str, float, float]]:
         while True:
@@ -53,7 +55,7 @@ def oven(things: int) -> Problem:
     for i in range(things):
         thing, pose = f"thing {i}", 2.0 + 3.0 * i
         init += [("Thing", thing), ("Pose", thing, pose), ("AtPose", thing, pose)]
-        init += [("Supported", thing, pose, "table"), *(("Fits", thing, region) for region in REGIONS)]
+        init += [("Supported", thing, pose, "table"), *(("Fits", thing, region) for region in regions)]
     return Problem(
         domain=OVEN,
         streams=OVEN_STREAMS,
