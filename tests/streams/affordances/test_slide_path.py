@@ -96,9 +96,17 @@ def test_what_has_a_narrow_base_hangs_over_no_farther_than_that_carries(tmp_path
         T, table = way.end.pose.matrix, workspace.task.table
         sides = [low[4 * beam + np.array([0, 1, 3, 2])] @ T[:3, :3].T + T[:3, 3] for beam in range(2)]
         lines = [np.linspace(a, b, 400) for beam in sides for a, b in zip(beam, np.roll(beam, 1, axis=0), strict=True)]
-        points = np.vstack(lines)[:, :2]
+        points = np.vstack([np.vstack(lines)[:, :2], corners_beneath(table, T)])
         inside = (np.abs(points - np.array(table.center)) < np.array(table.size) / 2).all(axis=1)
         assert inside_by(outline(points[inside]), T[:2, 3]) > FIRM - 0.001
+
+
+def corners_beneath(table, T):
+    """The corners of the table under the crossed beams at T, (n, 2): what it carries there is no edge of theirs."""
+    signs = np.array([(x, y) for x in (-1, 1) for y in (-1, 1)])
+    there = np.array(table.center) + signs * (np.array(table.size) / 2 - 1e-9)
+    local = (there - T[:2, 3]) @ T[:2, :2]
+    return there[[any(((p > a[:2]) & (p < b[:2])).all() for a, b in CROSS) for p in local]]
 
 
 LID = (
