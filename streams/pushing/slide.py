@@ -162,7 +162,10 @@ def _twice_alone(
 
 
 def _one_push(context: Context, obj: str, placement: Placement, way: Way) -> Slide | None:
-    """The first slide along a way by the widest hand for which there is room behind the object; None where none is."""
+    """A slide along a way by the first of the hands that fits the side pushed; None where none does, or the arm cannot.
+
+    Another hand would be at about the same place, so that where the arm cannot move one it is asked for no other.
+    """
     for gap, slim in _hands(context):
         if any(hands_at(context.scene, obj, placement, way, slim)):
             return next(pushes(context, obj, placement, way, gap, slim), None)
