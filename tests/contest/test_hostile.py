@@ -13,6 +13,9 @@ from pathlib import Path
 
 import pytest
 
+from tamp.contest.evaluation.trial import cannot_load
+from tamp.contest.package import Package
+from tamp.contest.rules import Rules
 from tamp.contest.sandbox import cgroups
 from tamp.contest.sandbox.bubblewrap import Bubblewrap
 from tamp.contest.sandbox.isolation import Sandbox
@@ -208,6 +211,21 @@ def test_a_library_that_is_not_there_is_told_with_what_there_is_and_how_to_bring
     (folder / "solution" / "__init__.py").write_text("import solution.picks\n")
     ending, _ = run_in(sandbox, folder, tmp_path / "again")
     assert ending.message == "ModuleNotFoundError: No module named 'solution.picks'"
+
+
+@pytest.mark.parametrize(
+    ("code", "said"),
+    [
+        ("raise RuntimeError('a\\nb')\n", "RuntimeError: a b"),
+        ("class Solution:\n    def run(self, goal, robot): raise RuntimeError\n", ""),
+        ("import os\nos._exit(1)\n", ""),  # a sandbox that does not start may end so, too
+    ],
+)
+def test_what_cannot_be_loaded_says_so_without_a_task(code: str, said: str, sandbox: Sandbox, tmp_path: Path) -> None:
+    if sandbox.name != "namespaces" and not Namespaces().missing():
+        pytest.skip("the same in every sandbox, and tried in another")
+    (tmp_path / "solution.py").write_text(code)
+    assert cannot_load(Package(tmp_path, "solution"), Rules(limits=QUICK), sandbox) == said
 
 
 def test_what_was_printed_before_a_run_is_stopped_is_read_in_its_order(sandbox: Sandbox, tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import selectors
 import socket
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,9 @@ from tamp.contest.api.client import Connection, connect
 from tamp.contest.api.wire import FROM_SERVER, Channel, Disconnected
 
 PR_SET_SECCOMP, SECCOMP_MODE_FILTER, PR_SET_NO_NEW_PRIVS = 22, 2, 38
+
+CANNOT_LOAD = 86
+"""The exit status that says that a solution cannot be made, and no other program's: what lacks is the solution's."""
 
 
 class Instruction(ctypes.Structure):
@@ -39,8 +42,9 @@ def main(arguments: str) -> int:
     """Run a solution; the exit status is 0 where it returned.
 
     Args:
-        arguments: JSON: descriptor (of the socket), solution and models (folders), module, libraries (distributions
-            that are offered), limits (rlimit -> value), filter (of system calls; empty for none).
+        arguments: JSON: descriptor (of the socket; null where the solution is only to be loaded), solution and models
+            (folders), module, libraries (distributions that are offered), limits (rlimit -> value), filter (of system
+            calls; empty for none).
     """
     given = json.loads(arguments)
     for name, value in given["limits"].items():
@@ -52,6 +56,8 @@ def main(arguments: str) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # what is printed before a run is stopped is read, and in its order
             stream.reconfigure(line_buffering=True)
+    if given["descriptor"] is None:
+        return _only_load(given)
     channel = Channel(socket.socket(fileno=given["descriptor"]), FROM_SERVER)
     goal, robot, connection = connect(channel, Path(given["models"]))
     try:
@@ -61,6 +67,17 @@ def main(arguments: str) -> int:
         _tell(connection, "raised", error=_said(error, Path(given["solution"]), given["libraries"]))
         return 1
     _tell(connection, "finished")
+    return 0
+
+
+def _only_load(given: Mapping[str, Any]) -> int:
+    """Make a solution and leave it; what keeps it from being made is the last line that is printed."""
+    try:
+        load(Path(given["solution"]), given["module"])()
+    except BaseException as error:
+        traceback.print_exc()
+        print(_said(error, Path(given["solution"]), given["libraries"]).replace("\n", " "), file=sys.stderr)
+        return CANNOT_LOAD
     return 0
 
 

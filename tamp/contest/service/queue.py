@@ -116,6 +116,13 @@ def claim(store: Store, lease_s: float = LEASE_S) -> Claim | None:
                 )  # fmt: skip
 
 
+def untried(store: Store, held: Claim) -> bool:
+    """Whether no run of a submission is done yet."""
+    done = (TRIALS.c.submission == held.submission, TRIALS.c.state == DONE)
+    with store.look() as connection:
+        return connection.execute(select(TRIALS.c.id).where(*done).limit(1)).first() is None
+
+
 def renew(store: Store, held: Claim, lease_s: float = LEASE_S) -> bool:
     """Hold a run longer; False where another worker has it by now."""
     with store.change() as connection:

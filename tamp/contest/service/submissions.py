@@ -103,7 +103,7 @@ def accept(store: Store, contest: Contest, data: Path, team: Team, kind: Kind, n
         known = connection.execute(same).scalar()
         gone = connection.execute(select(WITHDRAWN.c.why).where(WITHDRAWN.c.submission == known)).first()
         if gone is not None:
-            raise TampError(f"the organisers have withdrawn this file{': ' * bool(gone.why)}{gone.why}")
+            raise TampError(f"this file was withdrawn{': ' * bool(gone.why)}{gone.why}")
         if known is not None:
             return Accepted(known, new=False)
         _refuse_surplus(connection, contest, team, kind)
@@ -166,11 +166,15 @@ def left_this_month(store: Store, contest: Contest, team: Team, kind: Kind) -> i
         return _left(connection, contest, team, kind)
 
 
-def _left(connection: Connection, contest: Contest, team: Team, kind: Kind) -> int:
+def month_began() -> float:
+    """When this calendar month began [s, UTC]."""
     now = datetime.now(timezone.utc)
-    month = now.replace(day=1, hour=0, minute=0, second=0, microsecond=0).timestamp()
+    return now.replace(day=1, hour=0, minute=0, second=0, microsecond=0).timestamp()
+
+
+def _left(connection: Connection, contest: Contest, team: Team, kind: Kind) -> int:
     given_back = select(WITHDRAWN.c.submission).where(WITHDRAWN.c.counts.is_(False))
-    mine = (SUBMISSIONS.c.team == team.id, SUBMISSIONS.c.kind == kind, SUBMISSIONS.c.created >= month)
+    mine = (SUBMISSIONS.c.team == team.id, SUBMISSIONS.c.kind == kind, SUBMISSIONS.c.created >= month_began())
     count = select(func.count()).where(*mine, SUBMISSIONS.c.id.not_in(given_back))
     return max(0, _most(contest, kind) - connection.execute(count).scalar_one())
 

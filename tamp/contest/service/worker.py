@@ -13,13 +13,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
-from tamp.contest.evaluation.trial import Trial, run_trial
-from tamp.contest.package import unpack
+from tamp.contest.evaluation.trial import Trial, cannot_load, run_trial
+from tamp.contest.package import Package, unpack
 from tamp.contest.sandbox.isolation import Sandbox
 from tamp.contest.service import films, queue
 from tamp.contest.service.contest import Contest
 from tamp.contest.service.store import OUT_OF_REACH, DamagedError, Store, StoreFullError
 from tamp.contest.service.submissions import package_path
+from tamp.contest.service.withdrawn import withdraw_unloadable
 from tamp.results import Result, to_json
 
 LOG = logging.getLogger(__name__)
@@ -109,6 +110,8 @@ class Worker:
             package_file = package_path(self.data, held.sha256, Path(held.file).suffix.lower())
             with tempfile.TemporaryDirectory(prefix="tamp-solution-") as folder:
                 package = unpack(package_file, Path(folder) / "solution", rules.uploads)
+                if held.kind == "contest" and self._withdrawn(held, package):
+                    return None
                 trial = run_trial(
                     task,
                     package,
@@ -125,6 +128,18 @@ class Worker:
             self._failed(held, error)
             return None
         return trial
+
+    def _withdrawn(self, held: queue.Claim, package: Package) -> bool:
+        """Whether a submission was withdrawn since it cannot be loaded, before it has seen anything of a hidden task."""
+        if not self._patiently(lambda: queue.untried(self.store, held)):
+            return False
+        wrong = cannot_load(package, self.contest.rules, self.sandbox)
+        if not wrong:
+            return False
+        why, most = f"it cannot be loaded: {wrong}", self.contest.rules.uploads.trials_a_month
+        gone = self._patiently(lambda: withdraw_unloadable(self.store, held, why, most))
+        LOG.info("%s: %s%s", held.submission, why, ", withdrawn" if gone else "")
+        return gone
 
     def _failed(self, held: queue.Claim, error: Exception) -> None:
         """Have a run that failed on the server tried again: a few times, or later where the machine lacks something."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,8 +11,15 @@ pytest.importorskip("fastapi", reason="the web service needs the extra 'contest'
 pytest.importorskip("sqlalchemy", reason="the web service needs the extra 'contest'")
 
 from tamp.cli import main
+from tamp.contest.evaluation.trial import Trial
+from tamp.contest.package import Package
+from tamp.contest.sandbox.choice import choose
+from tamp.contest.sandbox.isolation import Ending
 from tamp.contest.service import queue
+from tamp.contest.service import worker as working
 from tamp.contest.service.teams import team_names
+from tamp.contest.service.withdrawn import withdraw_unloadable
+from tamp.results import Result
 from tests.contest.service.served import CODE, RULES, Service
 
 
@@ -28,10 +36,14 @@ def test_a_withdrawn_submission_is_neither_run_nor_ranked_nor_handed_in_again_an
     assert not queue.finish(service.store, held, "late", "") and queue.claim(service.store) is None
     assert service.get("/api/leaderboard").json()["places"] == []
     assert service.get("/api/export", service.ours).json()["submissions"] == []
-    assert service.get(f"/submissions/{first}", service.ours).status_code == 404
+    assert service.get(f"/submissions/{first}", service.theirs).status_code == 404
+    told = service.client.get(
+        f"/submissions/{first}", headers={"Authorization": f"Bearer {service.ours}", "Accept": "text/html"}
+    )
+    assert told.status_code == 410 and "<h1>Withdrawn</h1>" in told.text and "it is &lt;b&gt;ours&lt;/b&gt;" in told.text
     page = service.get("/team", service.ours).text
     assert "(1 left this month)" in page and page.count("it is &lt;b&gt;ours&lt;/b&gt;") == 2
-    assert "withdrawn this file: it is" in service.hand_in(service.ours).json()["detail"]
+    assert "this file was withdrawn: it is" in service.hand_in(service.ours).json()["detail"]
     assert queue.refresh(service.store, service.contest).queued == ()  # it stays so whatever changes
     capsys.readouterr()
     assert main(["contest", "status", *data]) == 0
@@ -53,6 +65,47 @@ def test_what_is_given_back_does_not_count_in_its_month(service: Service) -> Non
     assert main(["contest", "withdraw", numbers[0], "--give-back", "--data", str(service.data)]) == 0
     assert service.hand_in(service.ours, CODE + b"#3").status_code == 201
     assert service.hand_in(service.ours, CODE + b"#4").status_code == 429
+
+
+def test_what_cannot_be_loaded_uses_up_no_submission_and_its_team_reads_why(
+    service: Service, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is told before it has seen a hidden task; else every run could be looked at for nothing."""
+
+    def unloadable(package: Package, *_: object) -> str:
+        return "no module <b>" if "nowhere" in package.source.read_text() else ""
+
+    def runs(*_: object, run: int, **__: object) -> Trial:
+        return Trial(Result("task", run, "failed", ede_m=0.1), Ending("finished"), b"", ())
+
+    monkeypatch.setattr(working, "cannot_load", unloadable)
+    monkeypatch.setattr(working, "run_trial", runs)
+    numbers = [
+        service.hand_in(service.ours, code).json()["id"] for code in (b"import nowhere\n" + CODE, CODE, CODE + b"#2")
+    ]
+    assert "(0 left this month)" in service.get("/team", service.ours).text
+    others = queue.claim(service.store)  # another worker is at the same submission
+    worker = working.Worker(service.store, service.contest, service.data, choose(insecure=True))
+    assert others is not None and others.submission == numbers[0]
+    while (held := queue.claim(service.store)) is not None:
+        worker.do(held)
+    worker.do(others)
+    gone, first, second = (service.get(f"/api/submissions/{number}", service.ours) for number in numbers)
+    assert gone.status_code == 410 and "withdrawn: it cannot be loaded: no module <b>" in gone.json()["detail"]
+    assert first.json()["state"] == second.json()["state"] == "done"
+    page = service.get("/team", service.ours).text
+    assert "(1 left this month)" in page and "cannot be loaded: no module &lt;b&gt; (does not count" in page
+
+
+def test_no_more_than_the_trials_of_a_month_are_given_back_for_what_cannot_be_loaded(service: Service) -> None:
+    """Each takes a worker's time."""
+    for number, given_back in enumerate((True, True, False)):
+        service.hand_in(service.ours, CODE + b"#%d" % number)
+        held = queue.claim(service.store)
+        assert held is not None
+        assert withdraw_unloadable(service.store, held, "why", most=2) == given_back
+        assert not withdraw_unloadable(service.store, replace(held, lease="another's"), "why", most=9)
+    assert "(2 left this month)" in service.get("/team", service.ours).text
 
 
 def test_a_withdrawn_team_is_out_with_all_that_it_handed_in(service: Service) -> None:

@@ -72,7 +72,8 @@ def make_app(store: Store, contest: Contest, data: Path) -> FastAPI:
     board = Board(store, contest)
     routes = Routes(store, contest, data, board)
     routes.add_to(app)
-    app.add_exception_handler(404, routes.missing)
+    for status in (404, 410):
+        app.add_exception_handler(status, routes.missing)
     app.add_exception_handler(TampError, _refuse)
     for kind in (*OUT_OF_REACH, DamagedError):
         app.add_exception_handler(kind, routes.out_of_reach)
@@ -148,7 +149,7 @@ class Routes:
             "/api/submissions/{number}",
             response_model=Followed,
             response_model_exclude_unset=True,
-            responses=refusals(404, 503),
+            responses=refusals(404, 410, 503),
             dependencies=token,
             openapi_extra=OPTIONAL,
         )(self.submission)
@@ -208,12 +209,12 @@ class Routes:
         )
 
     def missing(self, request: Request, error: Exception) -> Response:
-        """What is not there: a page for who reads pages, JSON for programs."""
-        detail = str(getattr(error, "detail", "")) or "Not Found"
+        """What is not there, or not any more: a page for who reads pages, JSON for programs."""
+        detail, status = str(getattr(error, "detail", "")) or "Not Found", getattr(error, "status_code", 404)
         if not _wants_page(request):
-            return JSONResponse({"detail": detail}, 404)
+            return JSONResponse({"detail": detail}, status)
         try:
-            return HTMLResponse(self._page(request, "missing.html", detail=detail), 404)
+            return HTMLResponse(self._page(request, "missing.html", detail=detail, gone=status == 410), status)
         except (*OUT_OF_REACH, DamagedError) as error:  # nobody else looks after what a handler raises
             return self.out_of_reach(request, error)
 
@@ -370,6 +371,9 @@ class Routes:
         """A submission that may be seen: contest submissions by all, trial submissions by their team."""
         found = self._board.submission(number) if number.isalnum() and number.isascii() else None
         team = team_of(self._store, _token(request))
+        for gone in () if found or team is None else withdrawn(self._store, team):
+            if gone.id == number:
+                raise HTTPException(410, f"this submission was withdrawn{': ' * bool(gone.why)}{gone.why}")
         if found is None or (found.kind == "trial" and (team is None or team.name != found.team)):
             raise HTTPException(404, "there is no such submission")
         return found

@@ -160,6 +160,7 @@ REFUSALS = {
     403: "From a page of another site",
     404: "Not there, or not for you",
     408: "Too slow",
+    410: "Withdrawn; says why, to its team",
     413: "Too large",
     415: "A form, and not the file itself",
     422: "Not acceptable; says why",

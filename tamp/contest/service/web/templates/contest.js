@@ -2,7 +2,10 @@
 const ask = async (method, path, options = {}) => {
   const answer = await fetch(path, { method, ...options });
   const value = await answer.json().catch(() => ({}));
-  if (!answer.ok) throw new Error(typeof value.detail === "string" ? value.detail : `refused (${answer.status})`);
+  if (!answer.ok) {
+    const said = typeof value.detail === "string" ? value.detail : `refused (${answer.status})`;
+    throw Object.assign(new Error(said), { status: answer.status });
+  }
   return value;
 };
 const form = (id, act) => {
@@ -34,8 +37,9 @@ document.getElementById("log-out")?.addEventListener("click", async () => {
 });
 const live = document.getElementById("live");
 const watch = async () => {
-  const now = await ask("GET", `/api/submissions/${live.dataset.number}`).catch(() => null);
-  if (now) {
+  const now = await ask("GET", `/api/submissions/${live.dataset.number}`).catch((error) => error);
+  if (now.status === 410) return location.reload();
+  if (!(now instanceof Error)) {
     live.querySelector("progress").value = now.done;
     live.querySelector(".count").textContent = `${now.done} of ${now.total} runs`;
     const state = live.querySelector(".state");
