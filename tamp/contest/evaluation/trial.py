@@ -134,9 +134,11 @@ def cannot_load(package: Package, rules: Rules, sandbox: Sandbox) -> str:
 
     It is made in a sandbox where there is nothing of any task, nor anybody to speak to, and not run.
     """
-    with tempfile.TemporaryDirectory(prefix="tamp-contest-") as folder:
-        with _started(package, Path(folder), rules, sandbox, None) as process:
-            status = process.wait(process.time_left)
+    with (
+        tempfile.TemporaryDirectory(prefix="tamp-contest-") as folder,
+        _started(package, Path(folder), rules, sandbox, None) as process,
+    ):
+        status = process.wait(process.time_left)
     printed = process.output.decode("utf-8", errors="replace").strip().splitlines()
     return visible(printed[-1]) if status == CANNOT_LOAD and process.stopped is None and printed else ""
 

@@ -1,6 +1,7 @@
 """What is withdrawn, by organisers or since it cannot be loaded: it is neither run nor ranked nor shown any more.
 
-Nothing of it is lost: its runs are put aside (see `tamp.contest.service.store`), and follow changes of rules and tasks there.
+Nothing of it is lost: its runs are put aside (see `tamp.contest.service.store`), and follow changes of rules and tasks
+there.
 """
 
 from __future__ import annotations

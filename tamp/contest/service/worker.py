@@ -130,7 +130,7 @@ class Worker:
         return trial
 
     def _withdrawn(self, held: queue.Claim, package: Package) -> bool:
-        """Whether a submission was withdrawn since it cannot be loaded, before it has seen anything of a hidden task."""
+        """Whether a submission was withdrawn since it cannot be loaded; it has seen nothing of a hidden task yet."""
         if not self._patiently(lambda: queue.untried(self.store, held)):
             return False
         wrong = cannot_load(package, self.contest.rules, self.sandbox)

@@ -40,7 +40,7 @@ def test_a_withdrawn_submission_is_neither_run_nor_ranked_nor_handed_in_again_an
     told = service.client.get(
         f"/submissions/{first}", headers={"Authorization": f"Bearer {service.ours}", "Accept": "text/html"}
     )
-    assert told.status_code == 410 and "<h1>Withdrawn</h1>" in told.text and "it is &lt;b&gt;ours&lt;/b&gt;" in told.text
+    assert told.status_code == 410 and "Withdrawn</h1>" in told.text and "it is &lt;b&gt;ours&lt;/b&gt;" in told.text
     page = service.get("/team", service.ours).text
     assert "(1 left this month)" in page and page.count("it is &lt;b&gt;ours&lt;/b&gt;") == 2
     assert "this file was withdrawn: it is" in service.hand_in(service.ours).json()["detail"]
