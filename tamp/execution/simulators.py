@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import importlib.util
 import inspect
+import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -40,7 +41,10 @@ class Entry:
     @property
     def installed(self) -> bool:
         """Whether its library is there."""
-        return importlib.util.find_spec(self.library) is not None
+        try:
+            return importlib.util.find_spec(self.library) is not None
+        except ValueError:  # another thread is about to import it, and has not said yet where it is from
+            return self.library in sys.modules
 
 
 SPINNING = 0.3

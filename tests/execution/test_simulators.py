@@ -4,6 +4,7 @@ import math
 import re
 import subprocess
 import sys
+import types
 from dataclasses import replace
 
 import numpy as np
@@ -361,3 +362,10 @@ def test_what_is_held_stays_where_it_is_in_a_hand_that_swings_round(simulator, p
         for there, back in ((spec.home, aside), (aside, spec.home)):
             operator.follow(timed(np.array([there, back]), spec, share=0.5))
             assert math.dist(operator.in_tool("block").xyz, held.xyz) < 2e-4
+
+
+def test_a_library_that_another_thread_is_importing_is_installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two pictures that a server drew at once were none."""
+    monkeypatch.setitem(sys.modules, "half_imported", types.ModuleType("half_imported"))
+    assert Entry("half_imported:Simulator", "half_imported").installed
+    assert not Entry("nowhere:Simulator", "nowhere").installed
