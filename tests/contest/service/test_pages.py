@@ -16,6 +16,7 @@ pytest.importorskip("sqlalchemy", reason="the web service needs the extra 'conte
 import uvicorn
 from fastapi.testclient import TestClient
 
+from tamp.contest.service import queue
 from tamp.contest.service.contest import load_contest
 from tamp.contest.service.web.app import make_app
 from tamp.contest.service.web.prompt import PromptProtocol
@@ -142,6 +143,19 @@ def test_a_page_says_how_a_solution_is_written_and_names_every_call(service: Ser
     assert 'href="/solutions"' in service.get("/").text
     assert page.count('<table class="calls">') == page.count("<table")  # on phones what a call does stands below it
     assert "@media (max-width: 40rem) { .calls tr" in service.get("/static/style.css").text
+
+
+def test_what_pages_say_is_said_in_full(service: Service) -> None:
+    """Sizes in units that people use, one run in the singular, and nothing of the framework's own words."""
+    assert "4 KiB, unpacked 64 KiB" in service.get("/rules").text and "4 GiB of memory" in service.get("/rules").text
+    number = service.hand_in(service.ours).json()["id"]
+    held = queue.claim(service.store)
+    assert held is not None
+    queue.put_off(service.store, held, "no room")
+    for page in ("/", f"/submissions/{number}"):
+        assert "1 run could not be begun" in service.get(page).text and "it is tried again" in service.get(page).text
+    docs = service.get("/api/docs").text
+    assert "Validation Error" not in docs and "Successful Response" not in docs
 
 
 def test_a_team_sees_what_it_has_left_this_month(service: Service) -> None:

@@ -94,7 +94,8 @@ def test_what_cannot_be_loaded_uses_up_no_submission_and_its_team_reads_why(
     assert gone.status_code == 410 and "withdrawn: it cannot be loaded: no module <b>" in gone.json()["detail"]
     assert first.json()["state"] == second.json()["state"] == "done"
     page = service.get("/team", service.ours).text
-    assert "(1 left this month)" in page and "cannot be loaded: no module &lt;b&gt; (does not count" in page
+    assert "(1 left this month)" in page and "it cannot be loaded: no module &lt;b&gt;</span>" in page
+    assert "does not count in its month" in page
 
 
 def test_no_more_than_the_trials_of_a_month_are_given_back_for_what_cannot_be_loaded(service: Service) -> None:

@@ -149,7 +149,7 @@ class Routes:
             "/api/submissions/{number}",
             response_model=Followed,
             response_model_exclude_unset=True,
-            responses=refusals(404, 410, 503),
+            responses=refusals(404, 410, 422, 503),
             dependencies=token,
             openapi_extra=OPTIONAL,
         )(self.submission)

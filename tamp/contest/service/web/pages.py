@@ -87,7 +87,7 @@ def _environment() -> Environment:
     made = Environment(
         loader=FunctionLoader(_read), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    made.filters |= {"cm": _cm, "share": _share, "moment": _moment}
+    made.filters |= {"cm": _cm, "share": _share, "moment": _moment, "size": _size}
     return made
 
 
@@ -97,6 +97,13 @@ def _cm(value: float | None) -> str:
 
 def _share(value: float | None) -> str:
     return "–" if value is None else f"{100 * value:.1f} %"
+
+
+def _size(kib: int) -> str:
+    """KiB in the largest unit that it is a whole number of."""
+    units = ("KiB", "MiB", "GiB")
+    power = max(power for power in range(len(units)) if kib % 1024**power == 0)
+    return f"{kib // 1024**power} {units[power]}"
 
 
 def _moment(value: float) -> str:
