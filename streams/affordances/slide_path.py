@@ -47,6 +47,7 @@ BASE = 0.002  # surface so little above the lowest stands [m]
 UPRIGHT = 0.85  # share of what keeps an object from tipping that friction may take ...
 SWAYING = 0.88  # ... and that it and the object's inertia may take together
 LEAST_RATE = 0.05  # at which no inertia tips anything [m/s^2]
+RAYS = 120  # directions in which a base's corners are sought
 SQUAT = 0.8  # an object higher than this share of its width would rather tip over than slide
 
 
@@ -165,15 +166,29 @@ def tipping_rate(
 def _base_ahead(workspace: Workspace, obj: str, placement: Placement, ahead: Array) -> tuple[float, float, float]:
     """How far an object's base reaches ahead of its centre of mass, and how high that and its top are over it [m].
 
-    Past an edge of the table nothing carries it.
+    That is straight ahead: what is pushed aslant tips about the edge of its base that the way crosses, and not about a
+    corner. Past an edge of the table nothing carries it.
     """
     R, center = placement.pose.matrix[:3, :3], workspace.world.geometries[obj].center_of_mass
     from_center = (felt(workspace, obj) - center) @ R.T
     low, high = float(from_center[:, 2].min()), float(from_center[:, 2].max())
     base = from_center[from_center[:, 2] < low + BASE]
+    straight = _straight_ahead(base[:, :2], ahead[:2])
     if placement.on == (TABLE,):
         base = base[_on_table(workspace, base[:, :2] + center_from_above(workspace, obj, placement))]
-    return float((base @ ahead).max(initial=0.0)), -low, high - low
+    return min(float((base @ ahead).max(initial=0.0)), straight), -low, high - low
+
+
+def _straight_ahead(points: Array, ahead: Array) -> float:
+    """How far the convex hull of points, (n, 2), reaches along a ray from the origin; infinity where it does not [m]."""
+    turned = points @ np.array([ahead, (-ahead[1], ahead[0])]).T
+    angles = np.linspace(0.0, 2 * np.pi, RAYS, endpoint=False)
+    corners = turned[np.unique(np.argmax(turned @ [np.cos(angles), np.sin(angles)], axis=0))]
+    above, below = corners[corners[:, 1] >= 0.0], corners[corners[:, 1] <= 0.0]
+    rise, fall = above[:, None, 1], -below[None, :, 1]
+    share = np.divide(rise, rise + fall, out=np.zeros((len(above), len(below))), where=rise + fall > 0.0)
+    crossings = (1 - share) * above[:, None, 0] + share * below[None, :, 0]
+    return max(float(crossings.max()), 0.0) if crossings.size else np.inf
 
 
 def _on_table(workspace: Workspace, places: Array) -> NDArray[np.bool_]:

@@ -32,6 +32,8 @@ FEW = 96
 """Pushes that are asked at first, and added at a time."""
 GAIN = 1e-9
 """Reduced costs that are rounding [m]."""
+TINY = 1e-12
+"""Points no farther from a line lie on it [m]."""
 SCALE = 0.05
 """Length by which moments are divided, so that they are of the order of the forces [m]."""
 
@@ -154,6 +156,30 @@ def inside(points: Array, centers: Array) -> Array:
     corners = points[np.unique((points @ fan[:, ::6]).argmax(axis=0))]  # the hull but for 0.1 % of its size
     margins: Array = ((corners @ fan).max(axis=0) - centers @ fan).min(axis=1)
     return margins
+
+
+def reach(points: Array, center: Array, ahead: Array) -> float:
+    """How far from a place on, straight ahead, the convex hull of points in the plane reaches [m].
+
+    A push that overcomes friction shifts what carries a body's weight ahead by its height times friction, along the
+    line of the push: the body tips as soon as that leaves its support polygon there, however far that reaches aside.
+
+    Args:
+        points: shape (n, 2).
+        center: the place, shape (2,).
+        ahead: unit vector, shape (2,).
+
+    Returns:
+        Minus infinity where the hull is not ahead of the place at all.
+    """
+    angle = np.linspace(0.0, 2 * np.pi, 180, endpoint=False)
+    fan = np.stack([np.cos(angle), np.sin(angle)])
+    corners = points[np.unique((points @ fan).argmax(axis=0))] - center if len(points) else points
+    along, across = corners @ ahead, corners @ [-ahead[1], ahead[0]]
+    left, right = across >= 0.0, across <= 0.0
+    a, b, x, y = across[left][:, None], -across[right], along[left][:, None], along[right]
+    crossing = (x * b + y * a) / np.maximum(a + b, TINY)
+    return float(np.where(a + b > TINY, crossing, np.maximum(x, y)).max(initial=-np.inf))
 
 
 def outermost(points: Array, normals: Array) -> Array:

@@ -111,6 +111,7 @@ from tests.checking.mutations.pushes import (
     push_nothing,
     push_over_the_edge,
     push_through,
+    push_tips_aslant,
     push_tips_backwards,
     push_what_is_heavy,
     push_what_rolls,
@@ -231,6 +232,7 @@ PUSHES: dict[Mutation, tuple[str, ...]] = {
     push_what_is_heavy: ("limits",),
     push_what_slips: ("push",),
     push_what_rolls: ("push",),
+    push_tips_aslant: ("push",),
     push_tips_backwards: ("push",),
 }
 

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from tamp.checking.robot.kinematics import read_kinematics
+from tamp.checking.robot.links import read_links
 from tamp.task import At, Box, Cylinder, Inertia, Move, Object, Plan, Pose, Task, load_robot
 from tamp.task.mesh.parts import parts
 from tests.checking.mutations.editing import (
@@ -173,6 +174,31 @@ def push_tips_backwards(task: Task, plan: Plan, rng: np.random.Generator) -> Pai
     center = path[0, :3, :3].T @ (0.0, 0.0, up)
     spread = Inertia(Pose(tuple(center)), (1e-3, 1e-3, 1e-3))
     return changed(task, thing.name, inertia=spread), plan
+
+
+def push_tips_aslant(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """Its centre of mass is just behind the edge that a push aslant to that leads over; a corner is far ahead of it."""
+    where = _push(plan, rng)
+    move = None if where is None else step_at(plan, where)
+    if move is None or not isinstance(task.object(move.pushed.object).shape, Box):
+        return None
+    links, thing = read_links(load_robot(task.robot)), task.object(move.pushed.object)
+    path = links.tree.tool(move.trajectory.positions[[0, -1]]) @ move.pushed.T_tool_object.matrix
+    way, half = path[0, :3, :3].T @ (path[1] - path[0])[:3, 3], np.array(thing.shape.size) / 2
+    way /= np.linalg.norm(way)
+    up, aside, ahead = np.argsort(np.abs(way))
+    left = float(rng.uniform(0.011, 0.013))
+    center = way * (half[ahead] - left) / abs(way[ahead])
+    needed = left * float(rng.uniform(1.3, 1.4))  # of what carries its weight, by friction
+    corner = left * abs(way[ahead]) + (half[aside] - abs(center[aside])) * abs(way[aside])
+    if abs(way[up]) > 0.01 or needed > 0.85 * corner:
+        return None
+    placed = links.tree.forward(move.trajectory.positions[:1], move.opening)
+    fingers = [s.hull.part.vertices @ placed[s.name][0, 2, :3] + placed[s.name][0, 2, 3] for s in links.solids]
+    touched = min(float(z.min()) for z, s in zip(fingers, links.solids, strict=True) if s.name in links.gripper)
+    touched -= path[0, 2, 3] - half @ np.abs(path[0, 2, :3])
+    spread = Inertia(Pose(tuple(center)), (1e-3, 1e-3, 1e-3))
+    return changed(task, thing.name, inertia=spread, friction=needed / max(touched, 1e-3)), plan
 
 
 def _push(plan: Plan, rng: np.random.Generator) -> tuple[int, int] | None:

@@ -36,6 +36,8 @@ def push(world: World, move: Move) -> str | None:
     height = _lowest(world, move, fingers) - _bottom(world, name)
     if world.task.object(name).friction * height > MARGIN * world.bodies[name].radius:
         return f"{name} tips over"
+    if _tips_ahead(world, move, name, height):
+        return f"{name} tips over the edge ahead"
     if _tips_back(world, move, name, fingers):
         return f"{name} tips over backwards"
     shape, way = world.task.object(name).shape, (ahead - before)[:3, 3]
@@ -49,6 +51,20 @@ def push(world: World, move: Move) -> str | None:
         return f"the arm cannot push {name}"
     world.poses[name] = ahead
     return rests(world, name) or next((text for o in riders if (text := rests(world, o)) is not None), None)
+
+
+def _tips_ahead(world: World, move: Move, name: str, height: float) -> bool:
+    """Whether friction takes what carries a box's weight beyond the outline of its base, which a level table carries.
+    """
+    thing, T = world.task.object(name), world.poses[name]
+    if not isinstance(thing.shape, Box) or thing.inertia is None:
+        return False
+    half, local = np.array(thing.shape.size) / 2, T[:3, :3].T
+    up = np.abs(local[:, 2]).argmax()
+    way = local @ (tool_at(move.trajectory.positions[-1]) - tool_at(move.trajectory.positions[0]))[:3, 3]
+    center, share = np.array(thing.inertia.frame.xyz), thing.friction * TABLE_FRICTION * height
+    place = center + share / TIPS * way / np.linalg.norm(way)
+    return bool(np.delete(np.abs(place) > half, up).any())
 
 
 def _tips_back(world: World, move: Move, name: str, fingers: list[str]) -> bool:

@@ -99,3 +99,15 @@ def test_fingers_on_both_sides_of_what_is_round_hold_it_between_them_without_fri
 def test_a_flank_that_leans_is_pushed_straight_ahead_all_the_same():
     down = np.array([[np.cos(0.8), 0.0, -np.sin(0.8)]])
     assert statics.holds_ahead(np.zeros((1, 3)), down, 0.1, AHEAD)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10_000), st.integers(3, 30))
+def test_a_hull_reaches_as_far_ahead_as_its_edges_let_it(seed, count):
+    rng = np.random.default_rng(seed)
+    points, angle = rng.uniform(-1.0, 1.0, (count, 2)), rng.uniform(0.0, 2 * np.pi)
+    ahead, hull = np.array([np.cos(angle), np.sin(angle)]), ConvexHull(points)
+    center = points.mean(axis=0)  # inside
+    rates, room = hull.equations[:, :2] @ ahead, -(hull.equations[:, :2] @ center + hull.equations[:, 2])
+    assert statics.reach(points, center, ahead) == pytest.approx((room / rates)[rates > 0.0].min(), abs=0.01)
+    assert statics.reach(points, center + 9.0 * np.array([-ahead[1], ahead[0]]), ahead) == -np.inf

@@ -281,6 +281,14 @@ def test_what_is_pushed_over_an_edge_is_pushed_low_enough_not_to_tip_about_that_
     assert found
 
 
+@pytest.mark.parametrize("degrees", [0.0, 10.0, -20.0])
+def test_what_is_pushed_aslant_tips_about_the_edge_that_the_way_crosses_and_not_about_its_farthest_corner(degrees):
+    workspace = workspace_of(Object("rail", Box((0.17, 0.03, 0.03)), Pose((0.1, -0.1, 0.015)), friction=0.5))
+    ahead = np.array([np.sin(np.radians(degrees)), np.cos(np.radians(degrees)), 0.0])
+    found = tips_above(workspace, "rail", workspace.start["rail"], ahead)
+    assert 0.5 * found <= 0.015 / ahead[1] < 0.65 * found
+
+
 def test_a_push_that_the_checker_refuses_is_not_offered_again():
     workspace = workspace_of(BOX, PEG)
     offered = [slide for *_, slide in islice(plan_sliding(ToldContext(workspace), "box", workspace.start["box"]), 3)]

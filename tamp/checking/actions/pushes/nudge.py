@@ -28,6 +28,7 @@ from tamp.checking.actions.pushes.push import (
     watch,
 )
 from tamp.checking.geometry.transforms import inverse
+from tamp.checking.physics.equilibrium import reach
 from tamp.checking.physics.giving_way import lowered_onto
 from tamp.checking.physics.stacks import Pushed, Stack, off_balance, stack_of
 from tamp.checking.physics.support import balanced, carriers
@@ -124,8 +125,9 @@ def _carried(scene: Scene, state: State, name: str, T: Array, shift: Array, with
     near = carriers(scene, there, name, replace(allow, standing=within))
     if not near.points or balanced(scene, there, name, near, allow, 0.0) < 0.0:
         return False
-    reach = np.concatenate(list(near.points.values())) - scene.center_of_mass(name, there.poses[name])
-    return float((reach @ shift).max()) >= float(shift @ shift)
+    far, points = float(np.linalg.norm(shift[:2])), np.concatenate(list(near.points.values()))
+    center = scene.center_of_mass(name, there.poses[name])
+    return far == 0.0 or reach(points[:, :2], center[:2], shift[:2] / far) >= far
 
 
 def _check_way(

@@ -19,7 +19,7 @@ from tamp.checking.actions.left_standing import check_uncovered
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.contacts import Patch, contacts
-from tamp.checking.physics.equilibrium import holds_ahead
+from tamp.checking.physics.equilibrium import holds_ahead, reach
 from tamp.checking.physics.round_bodies.perching import rolls_on
 from tamp.checking.physics.support import carriers, height_above
 from tamp.checking.robot.cubic import interpolate
@@ -234,10 +234,10 @@ def tipping(
     height, middle = float(touching[:, 2].min() - low), height_above(scene, name, path[0])
     rates = _rates(path, seen.times)
     yield from _tipping_back(scene, state, name, path[0], ahead, float(rates.max()), touching, friction, allow)
+    straight = _straight(scene, replace(state, poses={**state.poses, name: path[0]}), name, ahead, allow)
     for T, slowing in ((path[0], min(-rates.max(), 0.0)), (path[-1], max(-rates.min(), 0.0))):
         there = replace(state, poses={**state.poses, name: T})
-        edge = np.concatenate([np.empty((0, 3)), *carriers(scene, there, name, allow).points.values()])
-        lever = float(((edge - scene.center_of_mass(name, T)) @ ahead).max(initial=-np.inf))
+        lever = min(straight, _farthest(scene, there, name, ahead, allow))
         turning = max(height * friction, height * friction + (middle - height) * slowing / GRAVITY)
         if turning > LEANS * lever:
             yield (
@@ -260,13 +260,32 @@ def _tipping_back(
 ) -> Iterator[str]:
     """Why an object at T would tip backwards, over the hand that speeds it up [m/s^2] by pushing it near its foot."""
     there = replace(state, poses={**state.poses, name: T})
-    edge = np.concatenate([np.empty((0, 3)), *carriers(scene, there, name, allow).points.values()])
-    center = scene.center_of_mass(name, T)
-    lever, below = float(((center - edge) @ ahead).max(initial=-np.inf)), float(center[2] - touching[:, 2].max())
+    lever = _straight(scene, there, name, -ahead, allow)
+    below = float(scene.center_of_mass(name, T)[2] - touching[:, 2].max())
     high = height_above(scene, name, T) - below
-    if len(edge) and below * speeding / GRAVITY - high * friction > lever:
+    if np.isfinite(lever) and below * speeding / GRAVITY - high * friction > lever:
         where = f"{1000 * below:.0f} mm below its middle"
         yield f"{name} would tip backwards: it is sped up by {speeding:.1f} m/s^2 {where}"
+
+
+def _straight(scene: Scene, state: State, name: str, way: Array, allow: Tolerances) -> float:
+    """How far what carries an object reaches from its centre of mass along a way, a level unit vector, shape (3,) [m].
+
+    It tips about the edge of that which the line of a push crosses, however far ahead a corner aside of it is.
+    """
+    points = np.concatenate([np.empty((0, 3)), *carriers(scene, state, name, allow).points.values()])
+    return reach(points[:, :2], scene.center_of_mass(name, state.poses[name])[:2], way[:2])
+
+
+def _farthest(scene: Scene, state: State, name: str, way: Array, allow: Tolerances) -> float:
+    """How far the farthest of the same is that way [m].
+
+    What an edge of the table leaves of it counts so: about that it tips on the last of its way alone, and comes back as
+    the hand stops. Of pushes that end aslant over an edge all ended within a millimetre in two simulators, up to those
+    that ask for three times the moment about it.
+    """
+    points = np.concatenate([np.empty((0, 3)), *carriers(scene, state, name, allow).points.values()])
+    return float(((points - scene.center_of_mass(name, state.poses[name])) @ way).max(initial=-np.inf))
 
 
 def touched_behind(

@@ -15,7 +15,7 @@ from tamp.streams.pushing.slide import plan_sliding
 from tamp.task import Box, Inertia, Move, Object, Pose, Trajectory, load_robot
 from tamp.world.robot.model import robot_model
 from tests.checking.judging import assert_wrong_and_rejected
-from tests.checking.mutations import PUSHES, push_what_slips
+from tests.checking.mutations import PUSHES, push_tips_aslant, push_what_slips
 
 SCENARIO = Path(__file__).parents[4] / "scenarios" / "slide_box.yaml"
 
@@ -150,14 +150,15 @@ def aslant(task):
     return tamp.plan(task, seed=0, timeout=100.0, samplers={"plan-sliding": last_of_all})
 
 
-def test_fingers_that_slip_along_a_flank_are_refused(task, aslant):
-    wrong = push_what_slips(task, aslant, np.random.default_rng(0))
-    assert_wrong_and_rejected(wrong, PUSHES[push_what_slips])
+ASLANT = (push_what_slips, push_tips_aslant)
 
 
-@pytest.mark.parametrize(
-    "mutation", [m for m in PUSHES if m is not push_what_slips], ids=lambda mutation: mutation.__name__
-)
+@pytest.mark.parametrize("mutation", ASLANT, ids=lambda mutation: mutation.__name__)
+def test_fingers_that_push_a_flank_aslant_neither_slip_along_it_nor_tip_what_it_is_of(task, aslant, mutation):
+    assert_wrong_and_rejected(mutation(task, aslant, np.random.default_rng(0)), PUSHES[mutation])
+
+
+@pytest.mark.parametrize("mutation", [m for m in PUSHES if m not in ASLANT], ids=lambda mutation: mutation.__name__)
 def test_a_corrupted_push_is_wrong_and_rejected_for_its_own_reason(task, plan, mutation):
     assert_wrong_and_rejected(mutation(task, plan, np.random.default_rng(0)), PUSHES[mutation])
 
