@@ -26,6 +26,7 @@ from tamp.errors import TampError
 from tests.contest.cells import QUICK, run_in
 
 TIGHTER = {name: {"idle_s": 1.5} for name in ("sleeps", "never_reads", "slow_frame")}
+TIGHTER |= {"stands_still": {"idle_s": 0.6}}
 TIGHTER |= {name: {"processor_s": 1.0} for name in ("burns_processor", "hidden_processor")}
 """Solutions that would use up a whole limit -> a smaller one."""
 
@@ -42,6 +43,7 @@ LIMITED += (
     "impossible_array",
 )
 LIMITED += ("escapes_terminal", "raises_in_words", "half_characters", "far_away", "begins_again", "hidden_processor")
+LIMITED += ("leaves_in_backlog", "stands_still", "lies_about_time")
 """Solutions that limits and protocol stop, whatever the walls are made of: one sandbox is enough."""
 
 HOSTILE = sorted(path for path in (Path(__file__).parent / "hostile").glob("*.py") if path.stem != "__init__")
@@ -76,7 +78,8 @@ def test_is_stopped_and_named(path: Path, sandbox: Sandbox, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(
-    "name", ["come_and_go", "fills_sockets", "hides_sockets", "many_mappings", "page_tables", "odd_names"]
+    "name",
+    ["come_and_go", "fills_sockets", "hides_sockets", "leaves_in_backlog", "many_mappings", "page_tables", "odd_names"],
 )
 def test_memory_is_seen_without_control_groups(
     name: str, sandbox: Sandbox, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -209,7 +209,7 @@ def usage(pids: Sequence[int], spent: Spent) -> tuple[int, float, int]:
     """Processes and threads, processor time [s] with that of children that have ended, and memory [bytes].
 
     Memory that processes share counts once: their proportional set sizes are added, the kernel's tables of their pages,
-    its notes of their mappings, and for each socket as much as its queue may hold.
+    its notes of their mappings, and for each socket as much as its queue may hold, be it open or not.
 
     Args:
         pids: processes.
@@ -229,7 +229,8 @@ def usage(pids: Sequence[int], spent: Spent) -> tuple[int, float, int]:
                 sockets |= _sockets(pid)
             except PermissionError:  # it does not let itself be looked into: all that it holds may be sockets
                 sockets |= {f"{pid}:{number}" for number in range(_number(pid, "status", b"FDSize:"))}
-    return count, max(processor, sum(spent.values())) / TICKS, memory + len(sockets) * _queue()
+    held = max(len(sockets), _sockets_inside(pids))
+    return count, max(processor, sum(spent.values())) / TICKS, memory + held * _queue()
 
 
 def _computes(pid: int) -> bool:
@@ -271,6 +272,19 @@ def _sockets(pid: int) -> set[str]:
         with suppress(OSError):  # it has just been closed
             found.add(str(entry.readlink()))
     return {name for name in found if name.startswith("socket:")}
+
+
+def _sockets_inside(pids: Sequence[int]) -> int:
+    """Sockets in the network namespace of a sandbox, with those that wait to be accepted or lie in a message.
+
+    Args:
+        pids: its processes, parents first; 0 where they have no namespace of their own.
+    """
+    for pid in pids[::-1]:  # the first ones may be outside
+        with suppress(OSError):
+            if Path(f"/proc/{pid}/ns/net").stat().st_ino != Path("/proc/self/ns/net").stat().st_ino:
+                return Path(f"/proc/{pid}/net/unix").read_bytes().count(b"\n") - 1
+    return 0
 
 
 @cache

@@ -2,9 +2,10 @@
 
 Namespaces do not reach everything: keys in the kernel's keyrings stay when a process has gone and are seen by the next
 one; sockets to the machine that a virtual machine runs on know no network namespace; memory in files without a name, in
-pages lent to pipes, in locks and in sets of rules counts for nobody; descriptors that epoll waits for count for the
-server's own user. A filter in the language of the Berkeley packet filter refuses these calls with EPERM. What sockets
-there are lie between a solution's own processes, with queues of the usual length.
+pages lent to pipes, in locks, in sets of rules and in messages without a connection counts for nobody; descriptors that
+epoll waits for or that lie in messages count for the server's own user; all disks of the machine can be made to write.
+A filter in the language of the Berkeley packet filter refuses these calls with EPERM. What sockets there are lie
+between a solution's own processes, with queues of the usual length.
 """
 
 from __future__ import annotations
@@ -22,13 +23,16 @@ from tamp.errors import TampError
 Instruction = tuple[int, int, int, int]
 """Code, jump where true, jump where false, operand; see linux/filter.h."""
 
-LOAD, EQUAL, AT_LEAST, RETURN = 0x20, 0x15, 0x35, 0x06
+LOAD, EQUAL, AT_LEAST, RETURN, AND = 0x20, 0x15, 0x35, 0x06, 0x54
 NUMBER, ARCHITECTURE, ARGUMENTS = 0, 4, (16, 24, 32)
 """Where they are in what the kernel shows the filter (struct seccomp_data; both machines are little-endian)."""
 ALLOW, KILL, REFUSE = 0x7FFF0000, 0x80000000, 0x00050000 | errno.EPERM
 
 FAMILIES = (socket.AF_UNIX,)
 """Sockets that there are: there is no network, and what its sockets keep for themselves counts for nobody."""
+
+KINDS, KIND_BITS = (socket.SOCK_STREAM, socket.SOCK_SEQPACKET), 0xF
+"""Those with a connection, in which only the other end's queue can be; the other bits are flags."""
 
 SO_SNDBUFFORCE = 32
 QUEUES = (socket.SO_SNDBUF, SO_SNDBUFFORCE)
@@ -73,6 +77,7 @@ MACHINES: Mapping[str, Machine] = MappingProxyType(
         "x86_64": Machine(
             0xC000003E,
             {
+                "sync": 162, "syncfs": 306, "sendmsg": 46, "sendmmsg": 307,
                 "shmget": 29, "semget": 64, "msgget": 68, "ptrace": 101, "syslog": 103, "personality": 135,
                 "pivot_root": 155, "chroot": 161, "acct": 163, "mount": 165, "umount2": 166, "swapon": 167,
                 "swapoff": 168, "reboot": 169, "init_module": 175, "delete_module": 176, "quotactl": 179,
@@ -92,6 +97,7 @@ MACHINES: Mapping[str, Machine] = MappingProxyType(
         "aarch64": Machine(
             0xC00000B7,
             {
+                "sync": 81, "syncfs": 267, "sendmsg": 211, "sendmmsg": 269,
                 "io_setup": 0, "epoll_create1": 20, "inotify_init1": 26, "umount2": 39, "mount": 40, "pivot_root": 41,
                 "chroot": 51, "quotactl": 60, "vmsplice": 75, "acct": 89, "personality": 92, "unshare": 97,
                 "kexec_load": 104, "init_module": 105, "delete_module": 106, "syslog": 116, "ptrace": 117,
@@ -130,7 +136,11 @@ def call_filter(machine: str | None = None) -> list[Instruction]:
     for number in known.refused.values():
         program += [(EQUAL, 0, 1, number), (RETURN, 0, 0, REFUSE)]
     families = [(EQUAL, len(FAMILIES) - place, 0, int(family)) for place, family in enumerate(FAMILIES)]
-    asked = [(LOAD, 0, 0, ARGUMENTS[0]), *families, (RETURN, 0, 0, REFUSE), (RETURN, 0, 0, ALLOW)]
+    kinds = [(EQUAL, len(KINDS) - place, 0, int(kind)) for place, kind in enumerate(KINDS)]
+    asked = [
+        (LOAD, 0, 0, ARGUMENTS[0]), *families, (RETURN, 0, 0, REFUSE), (LOAD, 0, 0, ARGUMENTS[1]),
+        (AND, 0, 0, KIND_BITS), *kinds, (RETURN, 0, 0, REFUSE), (RETURN, 0, 0, ALLOW),
+    ]  # fmt: skip
     of_sockets = [(EQUAL, 1, 0, known.sockets[0]), (EQUAL, 0, len(asked), known.sockets[1]), *asked]
     refused = [(EQUAL, len(QUEUES) - place, 0, option) for place, option in enumerate(QUEUES)]
     asked = [

@@ -1,6 +1,6 @@
 """raised: nothing is taken from others"""
 
-import ctypes, fcntl, os, select
+import array, ctypes, fcntl, os, select, socket
 
 LIBC = ctypes.CDLL(None, use_errno=True)
 MOST = 2000  # of timers: all that this user's processes may have lies far above
@@ -38,10 +38,22 @@ def filter_of_calls():
         raise OSError(ctypes.get_errno())
 
 
+def posted_descriptors():
+    ends = socket.socketpair()
+    ends[0].sendmsg([b"x"], [(socket.SOL_SOCKET, socket.SCM_RIGHTS, array.array("i", [ends[1].fileno()]))])
+
+
+def disks():
+    machine = int(os.uname().machine == "aarch64")
+    done = [LIBC.syscall(162 - 81 * machine), LIBC.syscall(306 - 39 * machine, os.open("/usr", os.O_RDONLY))]
+    if 0 not in done:
+        raise OSError(ctypes.get_errno())
+
+
 class Solution:
     def run(self, goal, robot):
         taken = []
-        for take in (terminal, watches, lock, lease, timers, filter_of_calls):
+        for take in (terminal, watches, lock, lease, timers, filter_of_calls, posted_descriptors, disks):
             try:
                 take()
                 taken.append(take.__name__)
