@@ -180,7 +180,7 @@ def _base_ahead(workspace: Workspace, obj: str, placement: Placement, ahead: Arr
 
 
 def _straight_ahead(points: Array, ahead: Array) -> float:
-    """How far the convex hull of points, (n, 2), reaches along a ray from the origin; infinity where it does not [m]."""
+    """How far the convex hull of points, (n, 2), reaches along a ray from the origin [m]; infinite if not at all."""
     turned = points @ np.array([ahead, (-ahead[1], ahead[0])]).T
     angles = np.linspace(0.0, 2 * np.pi, RAYS, endpoint=False)
     corners = turned[np.unique(np.argmax(turned @ [np.cos(angles), np.sin(angles)], axis=0))]
