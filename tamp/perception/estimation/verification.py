@@ -21,7 +21,7 @@ from tamp.perception.estimation.fusion import VOXEL
 from tamp.perception.estimation.models.object_model import ObjectModel
 from tamp.perception.estimation.selection import Selection
 from tamp.perception.estimation.turns.exchanges import Exchange, told_apart
-from tamp.perception.estimation.turns.likeness import fitted_turns, misfit
+from tamp.perception.estimation.turns.likeness import FIRST, fitted_turns, likeliest_near, misfit
 from tamp.perception.estimation.volume import Volume
 from tamp.perception.rendering.surface import Surface
 
@@ -190,7 +190,9 @@ def _own(
 def _fitted(scene: Volume, model: ObjectModel, candidates: Sequence[tuple[int, Array]], own: NDArray[np.int64]) -> _Fit:
     """The best that an object can do in a place, of candidates that are numbered, with the points of the place."""
     some = own[:: max(1, len(own) // POINTS)]
-    poses = np.stack([polished(scene.cloud, model, pose, some) for _, pose in candidates])
+    few = own[:: max(1, len(own) // FIRST)]
+    fits = [polished(scene.cloud, model, pose, some) for _, pose in candidates]
+    poses = np.stack([likeliest_near(scene.cloud, model, pose, few)[0] for pose in fits])
     seen_through = agreement(scene, model, poses, len(model.points)).violations * model.area / VOXEL**2
     misfits = np.array([misfit(scene.cloud, model, pose, some) for pose in poses])
     costs = seen_through + misfits * len(own) / max(1, len(some))

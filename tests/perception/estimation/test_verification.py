@@ -13,7 +13,7 @@ from tamp.perception.estimation.selection import Selection
 from tamp.perception.estimation.verification import Verified, verify
 from tamp.perception.estimation.volume import Volume
 from tamp.perception.rendering.surface import Surface, plain
-from tamp.task import Box, Cylinder, Pose
+from tamp.task import Box, Cylinder, Pose, Sphere
 
 pytest.importorskip("embreex", reason="the extra perception is not installed")
 
@@ -125,3 +125,16 @@ def test_points_that_touch_another_object_are_the_nearers() -> None:
     x, y, z = scene.cloud.points[found[1].own].T
     assert not ((z < 0.062) & (np.abs(x) < 0.045) & (np.abs(y) < 0.025)).any()
     assert np.abs(found[1].pose[:3, 3] - on[:3, 3]).max() < 0.002
+
+
+def test_what_is_nearly_round_is_told_by_colours_from_a_guess_that_is_a_little_turned() -> None:
+    """Of two guesses, one turned by 17 degrees and one by half a turn, colours tell only once both are turned on."""
+    ball = plain(Sphere(0.036))
+    colors = np.tile(np.array((180, 60, 60), np.uint8), (len(ball.vertices), 1))
+    for axis, color in ((0, (80, 160, 60)), (2, (60, 30, 30))):
+        colors[ball.vertices[:, axis] > 0.025] = color
+    model = object_model(Surface(ball.vertices, ball.faces, colors))
+    true = Pose.from_rpy((0.0, 0.0, 0.037), (0.2, 0.1, 0.5)).matrix
+    near, far = (true @ Pose.from_rpy((0.0, 0.0, 0.0), turn).matrix for turn in ((0.2, 0.2, 0.1), (0.0, 0.0, np.pi)))
+    pose = _verified(_seen((model, true)), [model], [[far, near]], [0])[0].pose
+    assert np.trace(pose[:3, :3].T @ true[:3, :3]) > 1 + 2 * np.cos(np.radians(5.0))

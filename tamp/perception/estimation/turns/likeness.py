@@ -37,7 +37,7 @@ FITTED = 80
 """More turns than this are not fitted before they are judged: they are a ball's."""
 
 FINER = np.radians([8.0, 4.0, 2.0])
-"""By so much finalists are turned on, as long as that is better."""
+"""By so much a pose is turned on, as long as that is better."""
 
 
 def misfit(cloud: Cloud, model: ObjectModel, pose: Array, own: NDArray[np.int64]) -> float:
@@ -75,16 +75,20 @@ def likeliest_turn(cloud: Cloud, model: ObjectModel, pose: Array, points: NDArra
     if len(poses) <= FITTED:
         poses = fitted_turns(cloud, model, pose, points)
     first = np.argsort([misfit(cloud, model, T, few) for T in poses], kind="stable")[:FINALISTS]
-    finalists = [_turned_on(cloud, model, polished(cloud, model, poses[i], many), many) for i in first]
+    finalists = [likeliest_near(cloud, model, polished(cloud, model, poses[i], many), many) for i in first]
     return min(finalists, key=lambda found: found[1])[0]
 
 
-def _turned_on(cloud: Cloud, model: ObjectModel, pose: Array, points: NDArray[np.int64]) -> tuple[Array, float]:
-    """A pose turned about the axes of a round shape until it is likeliest, and its misfit there."""
+def likeliest_near(cloud: Cloud, model: ObjectModel, pose: Array, points: NDArray[np.int64]) -> tuple[Array, float]:
+    """A pose turned about the model's middle until points are likeliest, and its misfit there.
+
+    What is nearly round fits hardly worse however it is turned, so that a fit by shape turns it as noise has it; only
+    its colours say how far. What has none stays as it is.
+    """
     best, least = pose, misfit(cloud, model, pose, points)
     for angle in FINER if model.colored else ():
-        turns = [model.about_center(rotation(axis, sign * angle)) for axis in model.round_axes for sign in (1.0, -1.0)]
-        better = bool(turns)
+        turns = [model.about_center(rotation(axis, sign * angle)) for axis in np.eye(3) for sign in (1.0, -1.0)]
+        better = True
         while better:
             tried = [best @ turn for turn in turns]
             costs = [misfit(cloud, model, T, points) for T in tried]

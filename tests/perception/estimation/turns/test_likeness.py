@@ -7,9 +7,10 @@ import pytest
 
 from tamp.perception.estimation.fusion import Cloud
 from tamp.perception.estimation.models.object_model import ObjectModel, object_model
-from tamp.perception.estimation.turns.likeness import likeliest_turn
+from tamp.perception.estimation.turns.likeness import likeliest_near, likeliest_turn, misfit
 from tamp.perception.rendering.surface import Surface, plain
 from tamp.task import Box, Pose, Sphere
+from tamp.world.transforms import rotation
 
 pytest.importorskip("embreex", reason="the extra perception is not installed")
 
@@ -37,8 +38,30 @@ def test_a_balls_turn_is_found_between_those_that_stand_for_all(yaw: float, tilt
     true = Pose.from_rpy((0.1, 0.0, 0.05), (tilt, 0.0, yaw)).matrix
     cloud, guess = _seen(model, true), Pose((0.1, 0.0, 0.05)).matrix
     found = likeliest_turn(cloud, model, guess, np.arange(len(cloud.points)))
-    turn = found[:3, :3].T @ true[:3, :3]
-    assert np.degrees(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1))) < 6.0
+    assert _turn(found, true) < 6.0
+
+
+def _turn(one: np.ndarray, other: np.ndarray) -> float:
+    """By how much two poses are turned to each other [deg]."""
+    return float(np.degrees(np.arccos(np.clip((np.trace(one[:3, :3].T @ other[:3, :3]) - 1) / 2, -1, 1))))
+
+
+@pytest.mark.parametrize("axis", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.5, -0.5, 0.7)])
+def test_a_guess_is_turned_about_any_axis_as_colours_tell(axis: tuple[float, float, float]) -> None:
+    model, true = object_model(_marked()), Pose.from_rpy((0.1, 0.0, 0.05), (0.3, 0.0, 0.4)).matrix
+    cloud = _seen(model, true)
+    guess = true @ model.about_center(rotation(np.array(axis) / np.linalg.norm(axis), 0.3))
+    found, cost = likeliest_near(cloud, model, guess, np.arange(len(cloud.points)))
+    assert _turn(guess, true) > 15.0
+    assert _turn(found, true) < 4.0
+    assert cost == pytest.approx(misfit(cloud, model, found, np.arange(len(cloud.points))))
+
+
+def test_what_has_one_colour_is_not_turned_on() -> None:
+    model, true = object_model(plain(Sphere(0.036))), np.eye(4)
+    cloud = _seen(model, true)
+    guess = model.about_center(rotation(np.array((1.0, 0.0, 0.0)), 0.3))
+    assert likeliest_near(cloud, model, guess, np.arange(len(cloud.points)))[0] is guess
 
 
 def test_what_is_a_little_narrower_at_one_end_is_not_turned_round() -> None:
