@@ -86,7 +86,7 @@ def candidates(
             guesses = guesses[rng.choice(len(guesses), GUESSES, replace=False)]
         if len(guesses):
             best = guesses[np.argsort(-glance(volume, model, guesses, COARSE), kind="stable")[: 8 * FITTED]]
-            first = best[_different(best, model, 0.012, 0.25, len(best))]
+            first = best[different(best, model, 0.012, 0.25, len(best))]
             chosen.append(first[np.argsort(-glance(volume, model, first, 3 * COARSE), kind="stable")[:FITTED]])
     if not chosen:
         return []
@@ -122,10 +122,10 @@ def fitted(volume: Volume, model: ObjectModel, poses: Array) -> list[Candidate]:
     poses = refine(volume, model, poses, rounds=6, points=160)
     order = np.argsort(-agreement(volume, model, poses, 160).score, kind="stable")
     poses = poses[order]
-    poses = poses[_different(poses, model, 0.006, 0.12, KEPT + 8)]
+    poses = poses[different(poses, model, 0.006, 0.12, KEPT + 8)]
     poses = refine(volume, model, poses, rounds=8)
     order = np.argsort(-agreement(volume, model, poses).score, kind="stable")
-    order = order[_different(poses[order], model, 0.005, 0.10, KEPT)]
+    order = order[different(poses[order], model, 0.005, 0.10, KEPT)]
     return judged(volume, model, poses[order])
 
 
@@ -143,6 +143,12 @@ def judged(volume: Volume, model: ObjectModel, poses: Array) -> list[Candidate]:
     ]
 
 
+def different(poses: Array, model: ObjectModel, apart: float, turned: float, most: int) -> NDArray[np.int64]:
+    """Indices of poses, in order, that are not near an earlier one: in place [m] or by angle [rad]; at most so many."""
+    centers = poses[:, :3, :3] @ model.center + poses[:, :3, 3]
+    return distinct(poses, centers, apart, 1 + 2 * float(np.cos(turned)), most)
+
+
 def _seeds(cloud: Cloud, model: ObjectModel, among: NDArray[np.int64], rng: np.random.Generator) -> NDArray[np.int64]:
     """Points spread over the cloud, rather where its colour occurs on the model."""
     if len(among) <= SEEDS:
@@ -152,9 +158,3 @@ def _seeds(cloud: Cloud, model: ObjectModel, among: NDArray[np.int64], rng: np.r
     nearest = difference(cloud.colors[many][:, None], palette).min(axis=1)
     chance = 0.02 + np.exp(-0.5 * nearest)
     return np.asarray(rng.choice(many, size=SEEDS, replace=False, p=chance / chance.sum()))
-
-
-def _different(poses: Array, model: ObjectModel, apart: float, turned: float, most: int) -> NDArray[np.int64]:
-    """Indices of poses, in order, that are not near an earlier one: in place [m] or by angle [rad]; at most so many."""
-    centers = poses[:, :3, :3] @ model.center + poses[:, :3, 3]
-    return distinct(poses, centers, apart, 1 + 2 * float(np.cos(turned)), most)

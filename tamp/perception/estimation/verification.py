@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.perception.estimation.assignment import assigned
-from tamp.perception.estimation.candidates import Candidate
+from tamp.perception.estimation.candidates import Candidate, different
 from tamp.perception.estimation.fit import agreement, gaps, polished
 from tamp.perception.estimation.fusion import VOXEL
 from tamp.perception.estimation.models.object_model import ObjectModel
@@ -31,13 +31,16 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 VARIANTS = 8
-"""Candidates of one object that are fitted in one place."""
+"""Candidates of one object, each clearly another pose, that are fitted in one place."""
 
 POINTS = 2500
 """Points of a place, about, that candidates are fitted to; the one that is kept is fitted to all."""
 
 APART = 0.02
 """Poses of an object that differ by less than this, over its symmetries, are the same [m]."""
+
+ALIKE = (0.01, 0.2)
+"""Candidates in one place that differ by less than this are fitted once [m, rad]."""
 
 CLAIMED = 0.5
 """A point that is explained better than this elsewhere may be another object's."""
@@ -98,7 +101,7 @@ def verify(
 ) -> dict[int, Verified]:
     """Object -> what is made of it, for all that the selection has chosen a candidate for."""
     seen = [i for i, k in enumerate(selection.chosen) if k >= 0]
-    rivals = [_rivals(models, selection, seen, place) for place in seen]
+    rivals = [_rivals(models, found, selection, seen, place) for place in seen]
     off = np.array([gaps(scene.cloud, models[i], found[i][selection.chosen[i]].pose) for i in seen])
     owns = [
         _own(found, selection, place, some, off[column] > np.delete(off, column, axis=0).min(axis=0, initial=np.inf))
@@ -158,14 +161,27 @@ def _doubted(costs: Array, columns: Sequence[int], row: int, owns: Sequence[NDAr
 
 
 def _rivals(
-    models: Sequence[ObjectModel], selection: Selection, seen: Sequence[int], place: int
+    models: Sequence[ObjectModel],
+    found: Sequence[Sequence[Candidate]],
+    selection: Selection,
+    seen: Sequence[int],
+    place: int,
 ) -> dict[int, list[int]]:
     """Object -> its candidates in the place that was chosen for an object; others of the same mesh have none."""
     chosen = selection.chosen[place]
     center = selection.center(place, chosen)
-    some = {i: selection.at(i, center)[:VARIANTS] for i in seen if models[i] is not models[place]}
-    some[place] = [chosen, *(k for k in selection.at(place, center) if k != chosen)][:VARIANTS]
-    return {i: candidates for i, candidates in some.items() if candidates}
+    some = {i: selection.at(i, center) for i in seen if models[i] is not models[place]}
+    some[place] = [chosen, *(k for k in selection.at(place, center) if k != chosen)]
+    return {i: _unlike(models[i], found[i], candidates) for i, candidates in some.items() if candidates}
+
+
+def _unlike(model: ObjectModel, found: Sequence[Candidate], order: Sequence[int]) -> list[int]:
+    """The first of an object's candidates, in order, that are clearly other poses than the earlier ones.
+
+    What is nearly the same comes to the same once it is fitted; a dozen such would leave no room for another turn.
+    """
+    kept = different(np.array([found[k].pose for k in order]), model, *ALIKE, VARIANTS)
+    return [order[k] for k in kept]
 
 
 def _own(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -24,6 +26,7 @@ NOWHERE = plain(Box((0.1, 0.1, 0.1)))
 TURN = Pose.from_rpy((0, 0, 0), (0, 0, np.pi)).matrix
 
 
+@cache
 def _wedge() -> ObjectModel:
     """A box whose top rises from one end to the other."""
     box = plain(Box((0.12, 0.08, 0.06)))
@@ -125,6 +128,23 @@ def test_points_that_touch_another_object_are_the_nearers() -> None:
     x, y, z = scene.cloud.points[found[1].own].T
     assert not ((z < 0.062) & (np.abs(x) < 0.045) & (np.abs(y) < 0.025)).any()
     assert np.abs(found[1].pose[:3, 3] - on[:3, 3]).max() < 0.002
+
+
+def test_many_guesses_of_one_pose_leave_room_for_another() -> None:
+    """A dozen nearly alike ones, turned round, seem to explain more than the one that is right."""
+    wedge = _wedge()
+    scene = _seen((wedge, HERE))
+    wrong = [HERE @ TURN @ Pose((0.0, 0.0002 * n, 0.0)).matrix for n in range(12)]
+    points = np.arange(len(scene.cloud.points))
+    found = [
+        Candidate(T, points, np.full(len(points), weight), 0.5, 0.0, 0.0)
+        for T, weight in [*((T, 0.9) for T in wrong), (HERE, 0.8)]
+    ]
+    selection = Selection(scene.cloud, [wedge], [found])
+    selection.chosen = [0]
+    verified = verify(scene, [NOWHERE], [wedge], [found], selection)[0]
+    assert verified.candidate == len(wrong)
+    assert wedge.error(verified.pose, HERE) < 0.003
 
 
 def test_what_is_nearly_round_is_told_by_colours_from_a_guess_that_is_a_little_turned() -> None:

@@ -39,6 +39,9 @@ FITTED = 80
 FINER = np.radians([8.0, 4.0, 2.0])
 """By so much a pose is turned on, as long as that is better."""
 
+NOISE = 0.005
+"""A turn that is likelier by less than this, in the likelihood's logarithm a point, is no better."""
+
 
 def misfit(cloud: Cloud, model: ObjectModel, pose: Array, own: NDArray[np.int64]) -> float:
     """Negative logarithm of how likely points are, in place and colour, if they lie on a model at a pose."""
@@ -93,7 +96,7 @@ def likeliest_near(cloud: Cloud, model: ObjectModel, pose: Array, points: NDArra
             tried = [best @ turn for turn in turns]
             costs = [misfit(cloud, model, T, points) for T in tried]
             k = int(np.argmin(costs))
-            better = costs[k] < least
+            better = costs[k] < least - NOISE * len(points)
             if better:
                 best, least = tried[k], costs[k]
     return best, least
