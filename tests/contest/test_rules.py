@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tamp.cli import main
+from tamp.cli import main, parser
 from tamp.contest.rules import Rules, load_rules, read_rules, task_files
 from tamp.errors import TampError
 
@@ -71,6 +71,8 @@ def test_a_new_contest_has_rules_trial_tasks_and_a_seed_of_its_own(
     club, other = (load_rules(tmp_path / name / "contest.yaml") for name in ("club", "other"))
     assert (club.name, club.runs, len(task_files(club, "trial"))) == ("club", 3, 5)
     assert club.seed != other.seed
-    capsys.readouterr()
+    told = [line.split() for line in capsys.readouterr().out.splitlines() if line.startswith("  tamp ")]
+    assert [words[1:3] for words in told] == [["generate", "-n"], ["contest", "team"], ["contest", "serve"]] * 2
+    assert str(parser().parse_args(told[-1][1:]).data) == str(tmp_path / "other")
     assert main(["contest", "new", str(tmp_path / "club")]) == 2
     assert "exists already; nothing was changed" in capsys.readouterr().err

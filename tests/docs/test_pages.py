@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
 
 from tamp.cli import main, parser
 from tamp.contest.api.host import load
@@ -55,6 +56,21 @@ def test_commands_are_understood(page: Path) -> None:
         words = [word.split(">")[0] for word in arguments if not word.startswith(("~", ">"))]
         options = parser().parse_args([word for word in words if word])
         assert options.run
+
+
+def test_the_containers_of_the_manual_start_what_there_is() -> None:
+    """Nothing here runs containers: the command is understood, and what is built has what the command needs."""
+    text = (ROOT / "docs" / "guides" / "contest.md").read_text(encoding="utf-8")
+    (compose,) = re.findall(r'```yaml title="compose.yaml"\n(.*?)```', text, re.DOTALL)
+    database, contest = (yaml.safe_load(compose)["services"][name] for name in ("database", "contest"))
+    options = parser().parse_args(contest["command"])
+    port = contest["ports"][0].rpartition(":")[2]
+    assert (str(options.data), str(options.port)) == (contest["volumes"][0].partition(":")[2], port)
+    password, name = (database["environment"][key] for key in ("POSTGRES_PASSWORD", "POSTGRES_DB"))
+    assert options.database == f"postgresql+psycopg://postgres:{password}@database/{name}"
+    assert options.database in text.partition("podman-compose exec")[2]
+    extras = (ROOT / "pyproject.toml").read_text(encoding="utf-8").partition("[project.optional-dependencies]")[2]
+    assert all(f"\n{extra} = [" in extras for extra in contest["build"]["args"]["EXTRAS"].split(","))
 
 
 def test_the_tour_is_walked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -220,7 +220,11 @@ def new(options: argparse.Namespace) -> int:
         _copy(Path(str(files("tamp"))) / "scenarios" / f"{task}.yaml", folder / "tasks" / "trial")
     (folder / "tasks" / "contest").mkdir(parents=True, exist_ok=True)
     print(
-        f"{folder / 'contest.yaml'}: the rules; put the hidden tasks into {folder / 'tasks' / 'contest'}",
+        f"{folder / 'contest.yaml'}: the rules; put the hidden tasks into {folder / 'tasks' / 'contest'}, such as by\n"
+        f"  tamp generate -n 5 --seed DIGITS -o {folder / 'tasks' / 'contest'}\n"
+        "then make a team and start the service:\n"
+        f'  tamp contest team "Our team" --data {folder}\n'
+        f"  tamp contest serve --data {folder}",
         file=options.out,
     )
     return SOLVED

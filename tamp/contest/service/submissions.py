@@ -93,7 +93,7 @@ def accept(store: Store, contest: Contest, data: Path, team: Team, kind: Kind, n
         package = unpack(named, Path(folder) / "solution", contest.rules.uploads, shown)
         wrong = visible(objection(package.source))
         if wrong:
-            raise TampError(f"{shown}: {package.source.name} {wrong}")
+            raise TampError(f"{shown} {wrong}" if suffix == ".py" else f"{shown}: {package.source.name} {wrong}")
     digest = hashlib.sha256(named.read_bytes()).hexdigest()
     with store.change() as connection:
         _lock(connection, team)

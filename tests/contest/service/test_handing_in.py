@@ -193,8 +193,8 @@ def test_what_can_hold_no_solution_uses_up_no_submission(service: Service) -> No
         archive.writestr("solution/__init__.py", "from solution import other")
         archive.writestr("solution/other.py", CODE)
     for code, name, why in (
-        (b"def solve(goal, robot): ...", "ours.py", "ours.py: solution.py has no class Solution with run"),
-        (b"class Solution\n", "ours.py", r"ours.py: solution.py is no Python 3.\d+: line 1: "),
+        (b"def solve(goal, robot): ...", "ours.py", "ours.py has no class Solution with run"),
+        (b"class Solution\n", "ours.py", r"ours.py is no Python 3.\d+: line 1: "),
         (package.getvalue(), "ours.zip", "ours.zip: __init__.py has no class Solution with run"),
     ):
         answer = service.hand_in(service.ours, code, name)
