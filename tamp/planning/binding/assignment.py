@@ -110,9 +110,17 @@ class Walk:
 
     def spent(self) -> bool:
         """Whether it may go on no longer."""
+        return self._share() > 1 or clock.now() > self._deadline
+
+    @property
+    def narrow(self) -> bool:
+        """Whether choices that follow from others are given ever fewer values: from half of what may be spent on."""
+        return self._share() > 1 / 2
+
+    def _share(self) -> float:
+        """How much of what it may spend was spent."""
         draws = self._sampling.draws - self._first_draw - self.spared
-        over = draws > self.budget.draws + 4 * len(self.items) or self.jumps > self.budget.jumps
-        return over or clock.now() > self._deadline
+        return max(draws / (self.budget.draws + 4 * len(self.items)), self.jumps / self.budget.jumps)
 
     def show_values(self) -> None:
         """Let the search know the values that are chosen by now."""

@@ -120,6 +120,9 @@ class Frame:
         visits: how often it was begun anew, with other choices before it.
         known: how many results its instance had then.
         barren: how many of the values tried were such that a stream which goes on from them had nothing to give.
+        parents: how many earlier choices gave its inputs.
+        vain: how many visits in a row ended with no value left to try, up to the last one.
+        ended: whether this one did.
     """
 
     instance: Instance | None = None
@@ -128,6 +131,9 @@ class Frame:
     visits: int = 0
     known: int = 0
     barren: int = 0
+    parents: int = 0
+    vain: int = 0
+    ended: bool = False
     conflict: set[int] = field(default_factory=set)
     outputs: tuple[int, ...] = ()
     moves: tuple[BoundStep, ...] = ()

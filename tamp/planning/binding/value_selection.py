@@ -50,9 +50,11 @@ class Chooser:
         if fresh:
             parents = walk.values.owners((*inputs, *(h for f in fluents for h in f[1:])))
             frame.instance, frame.tried, frame.barren, frame.conflict = instance, 0, 0, parents
+            frame.parents = len(parents)
             frame.cursor = walk.begin.get((template, inputs), 0)
             frame.culprits = {}
             frame.visits += 1
+            frame.vain, frame.ended = frame.vain + 1 if frame.ended else 0, False
             frame.known = len(instance.results)
         for fact in instance.domain:
             if not self._evaluator.given(fact):
@@ -64,6 +66,7 @@ class Chooser:
             outputs = self._next(walk, frame, instance, item, state)
         if outputs is None:
             frame.culprits[instance] = None
+            frame.ended = True
             reason, causes = instance.main_reason
             if fluents and instance.exhausted and not instance.results:
                 named = bool(causes) and not instance.gave_up
@@ -91,11 +94,16 @@ class Chooser:
 
         What was sampled before suited other circumstances: each visit may try one more value than the last. A value
         from which a stream cannot go on, such as a pose that the arm does not reach, says little of the others: there
-        may be one more for it. A miss says little where a stream seldom gives anything.
+        may be one more for it. A miss says little where a stream seldom gives anything. In a walk that is narrow by now
+        values made of other choices' values are half as many after each visit in vain: where those others are to blame,
+        such as a bad place, more of these, such as ways to reach it, are no help.
         """
         budget = walk.budget
         more = min(frame.barren, budget.barren)
-        if frame.tried >= min(budget.values + frame.visits - 1, 4 * budget.values) + more:
+        most = min(budget.values + frame.visits - 1, 4 * budget.values)
+        if walk.narrow and frame.parents:
+            most = max(1, most >> frame.vain)
+        if frame.tried >= most + more:
             return None
         misses, spared = 0, walk.spared
         # As told before: each miss would excuse the next, without end where there is nothing.

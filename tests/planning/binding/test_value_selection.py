@@ -7,6 +7,8 @@ from hypothesis import strategies as st
 from benchmarks.pddlstream.small import packing
 from tamp.planning import solve
 from tamp.planning.binding.value_selection import turned
+from tests.planning.problems.ledge import ledge
+from tests.planning.test_problems import check
 
 
 @given(known=st.integers(0, 30), new=st.integers(0, 10), turn=st.integers(0, 200))
@@ -26,3 +28,12 @@ def test_tight_shelves_are_filled(seed):
     """Every attempt began at the same values, and each order of the blocks with a small budget again."""
     solution = solve(packing(5, (5.6, 1.0)), algorithm="binding", seed=seed, max_iterations=150, timeout=60.0)
     assert solution.status == "solved"
+
+
+@pytest.mark.parametrize(("algorithm", "seed"), [("adaptive", 0), ("adaptive", 1), ("binding", 1), ("binding", 4)])
+def test_little_is_spent_on_what_does_not_help_a_bad_choice(algorithm, seed):
+    """One in 36 pairs of places will do: each was given up after ever more ways to reach it, and to hold the thing."""
+    problem = ledge(1.2)
+    solution = solve(problem, algorithm=algorithm, seed=seed, max_iterations=4)
+    assert solution.status == "solved"
+    check(problem, solution)
