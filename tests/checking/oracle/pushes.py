@@ -54,7 +54,7 @@ def push(world: World, move: Move) -> str | None:
 
 
 def _tips_ahead(world: World, move: Move, name: str, height: float) -> bool:
-    """Whether friction takes what carries a box's weight beyond the outline of its base, which a level table carries."""
+    """Whether friction takes what carries a box's weight beyond the outline of its base, on a level table."""
     thing, T = world.task.object(name), world.poses[name]
     if not isinstance(thing.shape, Box) or thing.inertia is None:
         return False
