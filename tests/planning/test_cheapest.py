@@ -8,6 +8,7 @@ import pytest
 from tamp.planning import Problem, solve
 from tamp.planning.pddlstream import from_gen_fn, from_stream_map
 from tests.planning.test_problems import ALGORITHMS
+from tests.planning.turns import in_turn
 
 DOMAIN = """
 (define (domain ways)
@@ -113,8 +114,7 @@ def errands(seed):
     return Problem(ERRANDS, ERRANDS_STREAMS, from_stream_map(stream_map), init, goal), least
 
 
-@pytest.mark.parametrize("algorithm", ALGORITHMS)
-@pytest.mark.parametrize("seed", range(6))
+@in_turn(6)
 def test_bounds_of_costs_are_kept_and_proofs_are_proofs(algorithm, seed):
     """Against all ways and all offers: what costs at most so much, what is the cheapest, and that there is nothing."""
     problem, least = errands(seed)

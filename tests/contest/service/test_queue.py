@@ -116,28 +116,20 @@ def test_what_is_put_off_is_at_once_in_turn_again_after_again(service: Service) 
     assert queue.put_off_now(service.store) is None and queue.claim(service.store) is not None
 
 
-LIMITS = [
-    ("memory_mb: 8", "start: the process ended with status|memory: used more than 8 MiB"),
-    ("processor_s: 0.001", "start|processor"),
-]
-
-
-@pytest.mark.parametrize(("limit", "why"), LIMITS)
 def test_rules_by_which_nothing_can_be_run_are_refused_at_the_start(
-    service: Service, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], limit: str, why: str
+    service: Service, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     from tamp.cli import main
 
     monkeypatch.setattr(tempfile, "tempdir", tempfile.gettempdir())  # which the commands change for their process
-
+    monkeypatch.setattr("uvicorn.Server.run", _raise(AssertionError("it serves")))
     with (service.data / "contest.yaml").open("a") as file:
-        file.write(f"limits: {{{limit}}}\n")
+        file.write("limits: {memory_mb: 8}\n")
+    why = "contest.yaml: no solution can be run, .* ends by (start: the process ended with status|memory: used more)"
     for action in (["serve", "--port", "1"], ["work", "--until-empty"]):
         assert main(["contest", *action, "--data", str(service.data), "--no-isolation"]) == 2
         said = capsys.readouterr().err
-        assert said.count("\n") == 1 and re.search(f"contest.yaml: no solution can be run, .* ends by ({why})", said), (
-            said
-        )
+        assert said.count("\n") == 1 and re.search(why, said), said
 
 
 class _NoSandbox(Plain):

@@ -12,6 +12,7 @@ from tests.planning.oracles.exhaustive import search
 from tests.planning.problems import chance
 from tests.planning.problems.unsolvable import DOMAIN, STREAMS, in_reach, out_of_reach, three_grasps
 from tests.planning.test_problems import ALGORITHMS, check
+from tests.planning.turns import in_turn
 
 PICK_AND_PLACE = """
 (define (domain table)
@@ -155,8 +156,7 @@ def test_a_sampler_that_certifies_more_than_it_promises_keeps_the_problem_open()
     assert solve(table(generous), timeout=20.0).status == "solved"
 
 
-@pytest.mark.parametrize("algorithm", ALGORITHMS)
-@pytest.mark.parametrize("seed", range(12))
+@in_turn(12)
 def test_nothing_is_called_infeasible_that_has_a_plan(seed, algorithm):
     """Streams that never end, though they have no more to give than those of the same problem that do."""
     solution = solve(chance.problem(seed, streams=True, endless=True), algorithm=algorithm, timeout=1.0, seed=0)

@@ -8,6 +8,7 @@ from tamp.planning import solve
 from tests.planning.oracles.exhaustive import search, wander
 from tests.planning.problems import chance
 from tests.planning.test_problems import ALGORITHMS, check
+from tests.planning.turns import in_turn
 
 
 def agree(problem, algorithm):
@@ -21,27 +22,23 @@ def agree(problem, algorithm):
     assert solution.status == "infeasible" or not final, solution.status
 
 
-@pytest.mark.parametrize("algorithm", ALGORITHMS)
-@pytest.mark.parametrize("seed", range(15))
+@in_turn(15)
 def test_without_streams(seed, algorithm):
     agree(chance.problem(seed), algorithm)
 
 
-@pytest.mark.parametrize("algorithm", ALGORITHMS)
-@pytest.mark.parametrize("seed", range(15))
+@in_turn(15)
 def test_with_finite_streams(seed, algorithm):
     agree(chance.problem(seed, streams=True), algorithm)
 
 
-@pytest.mark.parametrize("algorithm", ALGORITHMS)
-@pytest.mark.parametrize("seed", range(4))
+@in_turn(4)
 @pytest.mark.parametrize("feature", chance.FEATURES)
 def test_with_one_more_feature(feature, seed, algorithm):
     agree(chance.problem(seed, streams=True, features={feature}), algorithm)
 
 
-@pytest.mark.parametrize("algorithm", ALGORITHMS)
-@pytest.mark.parametrize("seed", range(5))
+@in_turn(5)
 @pytest.mark.parametrize("features", [*({feature} for feature in chance.FEATURES), set(chance.FEATURES)])
 def test_goals_that_can_be_reached(features, seed, algorithm):
     """Random actions lead from the start to what is then the goal, so that most of these problems have a plan."""
@@ -77,8 +74,7 @@ def test_what_is_proven_of_tests_told_the_state_and_of_goals_that_follow_from_wh
     assert (solution.plan, solution.status) == (None, "infeasible")
 
 
-@pytest.mark.parametrize("algorithm", ALGORITHMS)
-@pytest.mark.parametrize("seed", range(4))
+@in_turn(4)
 @pytest.mark.parametrize("features", [set(), {"transit"}, {"robots", "transit"}, {"effects", "told"}, {"exogenous"}])
 def test_no_better_plan_is_said_of_cheapest_plans(features, seed, algorithm):
     """Each action costs 1, so that a shortest plan of the second opinion is a cheapest one of what it has sampled."""
