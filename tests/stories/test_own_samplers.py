@@ -58,7 +58,7 @@ def plan_of(folder: Path, scenario: str, *options: str) -> str:
     return digest
 
 
-@pytest.mark.parametrize("scenario", ["slide_box", "regrasp_into_box", "in_box"])
+@pytest.mark.parametrize("scenario", ["slide_box", "regrasp_into_box"])
 def test_one_file_serves_every_stream(tmp_path: Path, scenario: str) -> None:
     (tmp_path / "mine.py").write_text(MINE, encoding="utf-8")
     served = [f"--sampler={name}=mine:serve_{name.replace('-', '_')}" for name in DOMAIN.samplers]

@@ -218,7 +218,7 @@ def test_what_has_a_round_edge_rolls_over_it(slid, possible):
 
 @pytest.mark.parametrize("heavy", [False, True])
 def test_a_blow_on_a_wall_of_bricks_is_followed_once_over_each_contact_with_each_mass(monkeypatch, heavy):
-    rows, brick = 7, (0.02, 0.06, 0.02)
+    rows, brick = 5, (0.02, 0.06, 0.02)
     bricks = {
         f"{row}.{i}": Pose((0.0, 0.062 * (i - row / 2), 0.02 * (rows - row) - 0.01))
         for row in range(rows)
@@ -239,7 +239,7 @@ def test_a_blow_on_a_wall_of_bricks_is_followed_once_over_each_contact_with_each
     monkeypatch.setattr(blow, "_struck", noted)
     check_fall(scene, state, Fall("0.0", bricks["0.0"]), DEFAULT, lambda *told, **more: found.append(told))
     assert not found
-    assert len(followed) == len(set(followed))  # of 2^7 - 1 ways
+    assert len(followed) == len(set(followed))  # of 2^5 - 1 ways
     assert {way[:-1] for way in followed[1:]} == contacts
     assert (len(followed) > 1 + len(contacts)) == heavy
 

@@ -150,7 +150,7 @@ class Watched(Still):
         super().follow(trajectory)
 
 
-@pytest.mark.parametrize("x", [-0.06, 0.0, 0.05])
+@pytest.mark.parametrize("x", [-0.06, 0.05])
 def test_the_arm_is_not_driven_into_what_is_seen_and_not_known(x: float) -> None:
     shape, pose = Box((0.1, 0.25, 0.32)), Pose((x, 0.3, 0.16))
     task = Task("tall", (Object("a", shape, Pose()),))
@@ -183,7 +183,7 @@ class OnTheArm(Watched):
         return shot.frame
 
 
-@pytest.mark.parametrize("x", [-0.06, 0.0, 0.05])
+@pytest.mark.parametrize("x", [-0.06, 0.05])
 def test_where_no_camera_stands_what_the_arm_has_seen_is_not_driven_into(x: float) -> None:
     shape, pose = Box((0.1, 0.25, 0.32)), Pose((x, 0.3, 0.16))
     task = Task("tall", (Object("a", shape, Pose()),))
