@@ -39,12 +39,11 @@ from tests.checking.mutations.rounds import rolls_along_a_groove, rolls_off_half
         (lies_tilted_across_two_trays, left_standing, "_goes_on", False),
     ],
 )
-@pytest.mark.parametrize("seed", [2, 3])
-def test_the_oracle_alone_tells_of_it(monkeypatch, mutation, where, switched_off, answers, seed):
+def test_the_oracle_alone_tells_of_it(monkeypatch, mutation, where, switched_off, answers):
     pytest.importorskip("pinocchio")
     from tests.checking.oracle import wrong
 
-    mutant = mutation(*two_boxes(), np.random.default_rng(seed))
+    mutant = mutation(*two_boxes(), np.random.default_rng(2))
     assert not check(*mutant).accepted
     monkeypatch.setattr(where, switched_off, lambda *args: answers)
     assert check(*mutant).accepted, str(check(*mutant))
