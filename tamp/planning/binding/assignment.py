@@ -110,17 +110,17 @@ class Walk:
 
     def spent(self) -> bool:
         """Whether it may go on no longer."""
-        return self._share() > 1 or clock.now() > self._deadline
+        return self._beyond(1.0) or clock.now() > self._deadline
 
     @property
     def narrow(self) -> bool:
         """Whether choices that follow from others are given ever fewer values: from half of what may be spent on."""
-        return self._share() > 1 / 2
+        return self._beyond(0.5)
 
-    def _share(self) -> float:
-        """How much of what it may spend was spent."""
+    def _beyond(self, share: float) -> bool:
+        """Whether more than a share of what it may spend was spent."""
         draws = self._sampling.draws - self._first_draw - self.spared
-        return max(draws / (self.budget.draws + 4 * len(self.items)), self.jumps / self.budget.jumps)
+        return draws > share * (self.budget.draws + 4 * len(self.items)) or self.jumps > share * self.budget.jumps
 
     def show_values(self) -> None:
         """Let the search know the values that are chosen by now."""
