@@ -10,25 +10,32 @@ from pathlib import Path
 
 import pytest
 
-_NODES: dict[str, None] = {}
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Listen where tests are led from, not in each of several workers."""
+    if not hasattr(config, "workerinput"):
+        config.pluginmanager.register(Skipped(Path(os.environ["SKIPPED"])))
 
 
-def _keep(report: pytest.TestReport | pytest.CollectReport) -> None:
-    if report.skipped:
-        _NODES[report.nodeid] = None
+class Skipped:
+    """What was skipped so far."""
 
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._nodes: dict[str, None] = {}
 
-def pytest_runtest_logreport(report: pytest.TestReport) -> None:
-    """A test: with several workers, this is told where they are led from."""
-    _keep(report)
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """A test."""
+        self._keep(report)
 
+    def pytest_collectreport(self, report: pytest.CollectReport) -> None:
+        """A module that skips itself as it is imported."""
+        self._keep(report)
 
-def pytest_collectreport(report: pytest.CollectReport) -> None:
-    """A module that skips itself as it is imported."""
-    _keep(report)
+    def pytest_sessionfinish(self) -> None:
+        """Written once, at the end."""
+        self._path.write_text("".join(f"{node}\n" for node in self._nodes), encoding="utf-8")
 
-
-def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Written once, not by each worker."""
-    if not hasattr(session.config, "workerinput"):
-        Path(os.environ["SKIPPED"]).write_text("".join(f"{node}\n" for node in _NODES))
+    def _keep(self, report: pytest.TestReport | pytest.CollectReport) -> None:
+        if report.skipped:
+            self._nodes[report.nodeid] = None
