@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import errno
 import socket
+import sqlite3
 import struct
 import subprocess
 import sys
 import threading
 from collections.abc import Callable
+from urllib.error import URLError
 
 import numpy as np
 import pytest
@@ -15,6 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as nps
 
+from tamp.contest.api import walls
 from tamp.contest.api.client import Connection, Robot
 from tamp.contest.api.schema import ANSWERS, CALLS, check
 from tamp.contest.api.wire import FROM_SOLUTION, PREFIX, Channel, Disconnected, Message, ProtocolError, decode, encode
@@ -180,3 +184,22 @@ def test_what_is_no_argument_is_named_and_nothing_is_sent(call: Callable[[Robot]
         theirs.setblocking(False)
         with pytest.raises(BlockingIOError):
             theirs.recv(1)
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (URLError(socket.gaierror(-3, "no resolution")), "the sandbox has no network"),
+        (PermissionError(errno.EPERM, "not permitted"), "the sandbox has no network"),
+        (sqlite3.OperationalError("access permission denied"), "for SQLite, nolock=1"),
+        (OSError(errno.EROFS, "read-only"), "only /tmp can be written to"),
+        (OSError(errno.ENOSPC, "no space"), "limited by 'scratch_mb'"),
+        (FileNotFoundError(errno.ENOENT, "no such file"), ""),
+        (ValueError("of its own"), ""),
+    ],
+)
+def test_what_of_the_sandbox_is_behind_an_exception_is_said(error: Exception, said: str) -> None:
+    assert said in walls.met(error) and bool(said) == bool(walls.met(error))
+    outer = RuntimeError("cannot be done")
+    outer.__cause__ = error
+    assert walls.met(outer) == walls.met(error)

@@ -140,6 +140,50 @@ def test_may_wait_for_several_things_and_lock_whole_files(sandbox: Sandbox, tmp_
     assert ending.reason == "finished", output
 
 
+ORDINARY = """
+import argparse, concurrent.futures, getpass, multiprocessing, os, socket, subprocess, sys
+from multiprocessing.shared_memory import SharedMemory
+
+def square(number):
+    return number * number
+
+class Solution:
+    def run(self, goal, robot):
+        argparse.ArgumentParser().parse_args()
+        with concurrent.futures.ProcessPoolExecutor(2) as pool:
+            assert list(pool.map(square, [2, 3])) == [4, 9]
+        shared, lock = SharedMemory(create=True, size=9), multiprocessing.Lock()
+        shared.close()
+        shared.unlink()
+        assert os.path.realpath("/dev/shm") == "/tmp"  # it counts as its other files do
+        open("/dev/stdout", "w").write(getpass.getuser())
+        code = "import numpy, other; print(numpy.__file__)"
+        found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+        assert found.stdout.startswith("/site/"), found
+        assert not hasattr(socket.socket, "sendmsg")
+        assert "forkserver" not in multiprocessing.get_all_start_methods()
+"""
+
+
+def test_may_use_what_python_and_libraries_are_used_with(sandbox: Sandbox, tmp_path: Path) -> None:
+    """Pools of processes, shared memory, arguments, Pythons of its own; of Python from 3.12 on asyncio's writing."""
+    folder = tmp_path / "own"
+    folder.mkdir()
+    (folder / "solution.py").write_text(ORDINARY)
+    (folder / "other.py").write_text("")
+    ending, output = run_in(sandbox, folder, tmp_path / "run")
+    assert ending.reason == "finished", output
+    assert output == b"solution"
+
+
+def test_what_meets_the_sandboxs_end_is_told_so(sandbox: Sandbox, tmp_path: Path) -> None:
+    if sandbox.name != "namespaces" and not Namespaces().missing():
+        pytest.skip("the same in every sandbox, and tried in another")
+    (tmp_path / "solution.py").write_text("import socket\n\nsocket.create_server(('127.0.0.1', 0))\n")
+    ending, _ = run_in(sandbox, tmp_path / "solution.py", tmp_path / "run")
+    assert ending.message.startswith("PermissionError: [Errno 1] Operation not permitted; the sandbox has no network")
+
+
 def test_reaches_no_socket_without_a_path(sandbox: Sandbox, tmp_path: Path) -> None:
     name = f"tamp-test-hostile-{os.getpid()}"  # tests of another process may listen at the same time
     (tmp_path / "solution.py").write_text(

@@ -7,8 +7,8 @@ import importlib
 import inspect
 import io
 import json
+import os
 import resource
-import selectors
 import socket
 import sys
 import traceback
@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from tamp.contest.adapters.ocrtoc2024 import HOME, Agent2024, offer
+from tamp.contest.api import walls
 from tamp.contest.api.client import Connection, connect
 from tamp.contest.api.wire import FROM_SERVER, Channel, Disconnected
 
@@ -51,8 +52,8 @@ def main(arguments: str) -> int:
         resource.setrlimit(getattr(resource, name), (value, value))
     if given["filter"]:
         take_on(given["filter"])
-        # It was chosen when the module was imported, while there still was epoll.
-        selectors.DefaultSelector = selectors.PollSelector  # type: ignore[assignment,misc]
+        walls.hide_refused()
+    os.environ["PYTHONPATH"] = os.pathsep.join((given["solution"], os.environ["PYTHONPATH"]))
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # what is printed before a run is stopped is read, and in its order
             stream.reconfigure(line_buffering=True)
@@ -124,7 +125,8 @@ def load(folder: Path, module: str) -> Any:
 def _said(error: BaseException, folder: Path, libraries: Sequence[str]) -> str:
     """An exception in a line, whatever its own words do; of a library that is not there, what there is."""
     try:
-        words = f"{type(error).__name__}: {error}"[:1000] + _missing(error, folder, libraries)
+        hint = _missing(error, folder, libraries) or walls.met(error)
+        words = f"{type(error).__name__}: {error}"[:1000] + hint
         return words[:1900].encode("utf-8", "replace").decode()
     except BaseException:  # its words may be anything, an exit too
         return type(error).__name__

@@ -31,7 +31,9 @@ Reason = Literal[
 """
 
 
-ENVIRONMENT: Mapping[str, str] = MappingProxyType({"PATH": "/usr/bin:/bin", "HOME": "/tmp", "LANG": "C.UTF-8"})
+ENVIRONMENT: Mapping[str, str] = MappingProxyType(
+    {"PATH": "/usr/bin:/bin", "HOME": "/tmp", "USER": "solution", "LANG": "C.UTF-8"}
+)
 """The environment of a solution; programs of their own in this folder repeat it."""
 
 

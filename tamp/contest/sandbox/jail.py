@@ -24,6 +24,7 @@ MOUNT_SETATTR, PIVOT_ROOT, CAPSET = 442, 155, 126
 
 LIBC = ctypes.CDLL(None, use_errno=True)
 DEVICES = ("null", "zero", "full", "random", "urandom")
+ENVIRONMENT = {"PATH": "/usr/bin:/bin", "HOME": "/tmp", "USER": "solution", "LANG": "C.UTF-8"}
 
 
 class MountAttributes(ctypes.Structure):
@@ -78,6 +79,7 @@ def build(order: dict[str, object], mount_setattr: int, pivot_root: int) -> None
     for folder in order["hidden"]:  # type: ignore[attr-defined]
         _mount("tmpfs", root + folder, "tmpfs", MS_NOSUID | MS_NODEV, "size=4k,mode=555")
     for place, target in order["links"]:  # type: ignore[attr-defined]
+        Path(root + place).parent.mkdir(exist_ok=True)
         Path(root + place).symlink_to(target)
     for descriptor, target in devices:
         place = Path(root + target)
@@ -138,7 +140,7 @@ def run(arguments: Sequence[str]) -> int:
     child = os.fork()
     if child == 0:
         os.setsid()
-        os.execve(command[0], command, {"PATH": "/usr/bin:/bin", "HOME": "/tmp", "LANG": "C.UTF-8"})
+        os.execve(command[0], command, ENVIRONMENT)
     _close_all()
     while True:
         pid, status = os.wait()

@@ -23,16 +23,29 @@ SYSTEM = ("/usr", "/lib", "/lib64", "/bin", "/etc/ld.so.cache")
 API = ("__init__.py", "errors.py", "contest/__init__.py", "contest/api", "contest/adapters")
 """What of this program every solution sees."""
 
+LINKS = (
+    ("/dev/fd", "/proc/self/fd"),
+    ("/dev/stdin", "/proc/self/fd/0"),
+    ("/dev/stdout", "/proc/self/fd/1"),
+    ("/dev/stderr", "/proc/self/fd/2"),
+    ("/dev/shm", "/tmp"),
+)
+"""Links of /dev that programs expect: semaphores and shared memory, as `multiprocessing` has them, are files of a
+solution's own, and count as the others do.
+"""
+
 TASKS = "scenarios"
 """What of it no solution sees: tasks, with where everything is."""
 
 START = (
-    "import json, os, site, sys; [*map(site.addsitedir, json.loads(sys.argv[1]))]; "
-    "os.environ.update(OPENBLAS_NUM_THREADS='1', OMP_NUM_THREADS='1', MKL_NUM_THREADS='1'); "
-    "from tamp.contest.api.host import main; sys.exit(main(sys.argv[2]))"
+    "import json, os, site, sys; path, given = sys.argv[1:]; del sys.argv[1:]; path = json.loads(path); "
+    "[*map(site.addsitedir, path)]; os.environ.update(PYTHONPATH=os.pathsep.join(path), "
+    "OPENBLAS_NUM_THREADS='1', OMP_NUM_THREADS='1', MKL_NUM_THREADS='1'); "
+    "from tamp.contest.api.host import main; sys.exit(main(given))"
 )
 """Linear algebra runs on one thread unless a solution asks for more: libraries would start as many threads as the
-machine has processors, each of which counts, so that what a solution may do would depend on the machine."""
+machine has processors, each of which counts, so that what a solution may do would depend on the machine. A Python that
+a solution starts finds the same libraries."""
 
 
 def interpreter() -> str:
@@ -61,7 +74,7 @@ def make_room(solution: Path, models: Path, libraries: Sequence[str], scratch_mb
     own = sorted({Path(path).resolve() for path in [*site.getsitepackages([sys.base_prefix]), *_pure()]})
     hidden = tuple(str(path) for path in own if path.is_dir() and any(str(path).startswith(f"{f}/") for f in folders))
     shown = [*_library_mounts(("numpy", *libraries)), Mount(solution, SOLUTION), Mount(models, MODELS)]
-    return Room((*mounts, *shown), hidden, links, scratch_mb)
+    return Room((*mounts, *shown), hidden, (*links, *LINKS), scratch_mb)
 
 
 def _pure() -> set[str]:

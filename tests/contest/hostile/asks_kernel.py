@@ -19,7 +19,7 @@ CALLS = {
     "reads its parent": ((310, 270), (os.getppid(), VECTOR, 1, VECTOR, 1, 0)),
 }
 FILES = ("/proc/kcore", "/proc/sysrq-trigger", "/dev/mem", "/dev/kmsg", "/sys/kernel/uevent_helper", "/proc/1/mem",
-         "/proc/sys/kernel/core_pattern", "/sys/fs/cgroup/cgroup.procs", "/dev/shm", "/dev/mqueue", "/run")  # fmt: skip
+         "/proc/sys/kernel/core_pattern", "/sys/fs/cgroup/cgroup.procs", "/dev", "/dev/mqueue", "/run")  # fmt: skip
 
 
 class Solution:

@@ -1,6 +1,6 @@
 """raised: nothing is taken from others"""
 
-import array, ctypes, fcntl, os, select, socket
+import _socket, array, ctypes, fcntl, os, select, socket
 
 LIBC = ctypes.CDLL(None, use_errno=True)
 MOST = 2000  # of timers: all that this user's processes may have lies far above
@@ -40,7 +40,8 @@ def filter_of_calls():
 
 def posted_descriptors():
     ends = socket.socketpair()
-    ends[0].sendmsg([b"x"], [(socket.SOL_SOCKET, socket.SCM_RIGHTS, array.array("i", [ends[1].fileno()]))])
+    posted = (socket.SOL_SOCKET, socket.SCM_RIGHTS, array.array("i", [ends[1].fileno()]))
+    _socket.socket.sendmsg(ends[0], [b"x"], [posted])  # that of socket.socket is hidden, the call is not
 
 
 def disks():
