@@ -30,28 +30,31 @@ def sentence(error: ValidationError, document: Document, model: type[BaseModel] 
     """The first error of a file, in the file's order, as one sentence; `model` is what the file was held against."""
     errors = error.errors(include_url=False)
     # An error inside a list makes pydantic count its entries anew: what is said about the list itself is then noise.
-    ancestors = {_field(e)[:depth] for e in errors for depth in range(len(_field(e)))}
-    inner = [e for e in errors if _field(e) not in ancestors]
-    first = min(inner, key=lambda e: document.line(_field(e)))
+    found = [(_field(e, document), e) for e in errors]
+    ancestors = {field[:depth] for field, _ in found for depth in range(len(field))}
+    inner = [(field, e) for field, e in found if field not in ancestors]
+    field, first = min(inner, key=lambda pair: document.line(pair[0]))
     if first["type"] == "missing":  # where a field that is unknown beside it is nearly called so, that is the mistake
-        *block, name = _field(first)
-        unknown = {
-            str(_field(e)[-1]): e for e in inner if e["type"] == "extra_forbidden" and [*_field(e)[:-1]] == block
-        }
-        first = next((unknown[near] for near in difflib.get_close_matches(str(name), unknown, n=1)), first)
-    field = _field(first)
+        strange = [pair for pair in inner if pair[1]["type"] == "extra_forbidden" and pair[0][:-1] == field[:-1]]
+        unknown = {str(pair[0][-1]): pair for pair in strange}
+        near = difflib.get_close_matches(str(field[-1]), unknown, n=1)
+        field, first = unknown[near[0]] if near else (field, first)
     where = document.where(field)
     if first["type"] == "extra_forbidden":
         valid = field_names(field[:-1], model)
-        near = nearest(field[-1], valid)
-        hint = "" if near is None else f"did you mean {near}? "
+        meant = nearest(field[-1], valid)
+        hint = "" if meant is None else f"did you mean {meant}? "
         return f"{where}: unknown field; {hint}valid here are {', '.join(valid)}"
     return f"{where}: {_complaint(first, field, model)}"
 
 
-def _field(error: ErrorDetails) -> FieldPath:
+def _field(error: ErrorDetails, document: Document) -> FieldPath:
     """Where it is in the file; what a schema adds to that is in brackets: `[key]`, and names of alternatives."""
-    return tuple(key for key in error["loc"] if not str(key).startswith("["))
+    field: FieldPath = ()
+    for key in error["loc"]:
+        if not str(key).startswith("[") or (*field, key) in document.lines:
+            field = (*field, key)
+    return field
 
 
 def _complaint(error: ErrorDetails, field: FieldPath, model: type[BaseModel]) -> str:

@@ -59,6 +59,7 @@ REFUSED = {
     "objects:\n - {name: a, shape: {sphere: {radius: 1.5}}, pose: {xyz: [0, 0, 0]}}": "sides are 0.0001 to 2 m long",
     f"objects: [{BLOCK}]\ntable: {{size: [1, 1], thickness: 1.0e-9}}\n": ":2: table: sides and thickness",
     f"objects: [{BLOCK}]\ncolour: red\n": ":2: colour: unknown field; valid here are name, robot",
+    f"objects: [{BLOCK}]\n'[colour]': red\n": ":2: [colour]: unknown field; valid here are name, robot",
     f"objects: [{BLOCK}]\nlimits: {{planing_s: 3}}\n": "did you mean planning_s?",
     f"objects: [{BLOCK}]\nrobot: Panda\n": "unknown robot 'Panda'; did you mean 'panda'?",
     "objects: [{name: a, shape: {box: [1, 1, 1]}, pose: {xyz: [0, 0, 0], rpy: [0, 0, 90]}}]\n": "90 degrees are 1.5708",
