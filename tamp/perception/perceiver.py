@@ -7,6 +7,7 @@ return {name: Estimate(pose, confidence) for name in objects}
 from __future__ import annotations
 
 import inspect
+import traceback
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from numbers import Real
@@ -90,7 +91,7 @@ def ask(
     except clock.TimeUp:
         raise PartError(f"the perceiver {address(perceiver)} has not answered within {patience:g} s") from None
     except TampError as error:
-        raise PartError(f"the perceiver {address(perceiver)}: {error}") from error
+        raise PartError(f"the perceiver {address(perceiver)}: {error}{_whence(error)}") from error
     except (Exception, SystemExit) as error:
         raise PartError(f"the perceiver {address(perceiver)} raised {told(error)}") from error
     if wrong := unfit(found, tuple(objects)):
@@ -100,6 +101,16 @@ def ask(
         name: replace(found[name], confidence=float(found[name].confidence), alternatives=(*found[name].alternatives,))
         for name in objects
     }
+
+
+def _whence(error: TampError) -> str:
+    """The innermost line outside of this package that an error comes from; empty where there is none."""
+    lines = [
+        f" at {frame.f_code.co_filename}:{line}"
+        for frame, line in traceback.walk_tb(error.__traceback__)
+        if frame.f_globals.get("__name__", "").partition(".")[0] != "tamp"
+    ]
+    return lines[-1] if lines else ""
 
 
 def unfit(found: object, names: Collection[str]) -> str:
@@ -123,7 +134,9 @@ def _unfit(estimate: object) -> str:
         return f"its alternatives are a {type(poses).__name__}, not a tuple of poses"
     if strange := [type(pose).__name__ for pose in poses if not isinstance(pose, Pose)]:
         return f"one of its alternatives is a {strange[0]}, not a Pose"
-    if not isinstance(sure, Real) or not 0.0 <= float(sure) <= 1.0:
+    if not isinstance(sure, Real):
+        return f"its confidence is a {type(sure).__name__}, not a number"
+    if not 0.0 <= float(sure) <= 1.0:
         return f"its confidence {sure} is not in 0..1"
     return "was not seen, yet has a confidence over 0" if estimate.pose is None and sure > 0 else ""
 

@@ -154,7 +154,8 @@ def emptying(frames: Any, objects: Any, *, table: Any, seed: int) -> dict[str, E
         (raising, "tests.perception.test_perceiver:raising raised KeyError: 'brick' at "),
         (lambda *_, **__: {name: Estimate(np.eye(4), 1.0) for name in LOOKS}, "its pose is a ndarray, not a Pose"),
         (lambda *_, **__: {name: Estimate(None, 0.0, (np.eye(4),)) for name in LOOKS}, "alternatives is a ndarray"),
-        (lambda *_, **__: {name: Estimate(Pose((0.0, 0.0, 0.1)), None) for name in LOOKS}, "confidence None is not in"),
+        (lambda *_, **__: {name: Estimate(Pose((0.0, 0.0, 0.1)), None) for name in LOOKS}, "is a NoneType, not a"),
+        (lambda *_, **__: {name: Estimate(Pose(), np.array(0.5)) for name in LOOKS}, "confidence is a ndarray, not"),
         (needing, "raised IndexError: list index out of range at "),
         (painting, "it changed their depth; copy what is changed"),
     ],
@@ -168,6 +169,12 @@ def test_the_kit_says_what_is_wrong(perceiver: Any, said: str) -> None:
 def test_what_a_perceiver_does_wrong_is_its_own_fault_and_none_of_the_task() -> None:
     with pytest.raises(PartError, match="raising raised KeyError: 'brick'"):
         ask(raising, [], LOOKS, table=Table(), seed=0)
+
+
+def test_a_pose_that_is_none_is_said_with_the_line_that_makes_it() -> None:
+    line = diverging.__code__.co_firstlineno + 1
+    with pytest.raises(PartError, match=rf"^the perceiver .*:diverging: a pose needs .* at {__file__}:{line}$"):
+        ask(diverging, [], LOOKS, table=Table(), seed=0)
 
 
 @pytest.mark.parametrize("clock_in_use", ["wall", "processor"])
