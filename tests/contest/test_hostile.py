@@ -8,6 +8,7 @@ import re
 import socket
 import threading
 import zipfile
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,8 +19,9 @@ from tamp.contest.package import Package
 from tamp.contest.rules import Rules
 from tamp.contest.sandbox import cgroups
 from tamp.contest.sandbox.bubblewrap import Bubblewrap
-from tamp.contest.sandbox.isolation import Sandbox
+from tamp.contest.sandbox.isolation import Room, Sandbox
 from tamp.contest.sandbox.namespaces import Namespaces
+from tamp.contest.sandbox.plain import Plain
 from tamp.contest.sandbox.process import SandboxedProcess
 from tamp.contest.sandbox.reaper import children
 from tamp.errors import TampError
@@ -265,7 +267,10 @@ def test_a_library_that_is_not_there_is_told_with_what_there_is_and_how_to_bring
     [
         ("raise RuntimeError('a\\nb')\n", "RuntimeError: a b"),
         ("class Solution:\n    def run(self, goal, robot): raise RuntimeError\n", ""),
-        ("import os\nos._exit(1)\n", ""),  # a sandbox that does not start may end so, too
+        ("import os\nos._exit(3)\n", "the process ended with status 3 before Solution() was made"),
+        ("import sys\nsys.exit()\n", "SystemExit"),
+        ("import ctypes\nctypes.string_at(0)\n", "the process was ended by signal 11 before Solution() was made"),
+        ("while True: print('here')\n", "printed more than 64 KiB"),
     ],
 )
 def test_what_cannot_be_loaded_says_so_without_a_task(code: str, said: str, sandbox: Sandbox, tmp_path: Path) -> None:
@@ -273,6 +278,15 @@ def test_what_cannot_be_loaded_says_so_without_a_task(code: str, said: str, sand
         pytest.skip("the same in every sandbox, and tried in another")
     (tmp_path / "solution.py").write_text(code)
     assert cannot_load(Package(tmp_path, "solution"), Rules(limits=QUICK), sandbox) == said
+
+
+def test_a_sandbox_that_does_not_begin_is_no_fault_of_the_solution(tmp_path: Path) -> None:
+    class Broken(Plain):
+        def command(self, room: Room, command: Sequence[str]) -> list[str]:
+            return ["/bin/sh", "-c", "echo no namespaces; exit 1"]
+
+    (tmp_path / "solution.py").write_text("raise RuntimeError\n")
+    assert cannot_load(Package(tmp_path, "solution"), Rules(limits=QUICK), Broken()) == ""
 
 
 def test_what_was_printed_before_a_run_is_stopped_is_read_in_its_order(sandbox: Sandbox, tmp_path: Path) -> None:

@@ -150,7 +150,7 @@ class Connection:
         return answer
 
     def tell(self, kind: str, **fields: Any) -> None:
-        """Say the last word, which has no answer."""
+        """Say what has no answer."""
         self._channel.send(check(Message(kind, self._number + 1, fields), CALLS))
 
 
@@ -275,18 +275,17 @@ class Robot:
         self._connection.ask("wait", {"seconds": _number("seconds", seconds)})
 
 
-def connect(channel: Channel, models: Path) -> tuple[Goal, Robot, Connection]:
-    """Begin: what is asked, the robot, and the connection behind it.
+def connect(connection: Connection, models: Path) -> tuple[Goal, Robot]:
+    """Begin: what is asked, and the robot.
 
     Args:
-        channel: the socket to the server.
+        connection: to the server.
         models: the folder that holds the objects' meshes.
     """
-    connection = Connection(channel)
     welcome = connection.ask("hello", {"version": VERSION})
     objects = {item["name"]: _object(item, models) for item in welcome.fields["objects"]}
     goal = Goal(str(welcome.fields["task"]), MappingProxyType(objects), tuple(welcome.fields["table"]))
-    return goal, Robot(connection, welcome), connection
+    return goal, Robot(connection, welcome)
 
 
 def _object(item: Mapping[str, Any], models: Path) -> GoalObject:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import faulthandler
 import importlib
 import inspect
 import io
@@ -12,19 +13,17 @@ import resource
 import socket
 import sys
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from tamp.contest.adapters.ocrtoc2024 import HOME, Agent2024, offer
 from tamp.contest.api import walls
 from tamp.contest.api.client import Connection, connect
+from tamp.contest.api.schema import VERSION
 from tamp.contest.api.wire import FROM_SERVER, Channel, Disconnected
 
 PR_SET_SECCOMP, SECCOMP_MODE_FILTER, PR_SET_NO_NEW_PRIVS = 22, 2, 38
-
-CANNOT_LOAD = 86
-"""The exit status that says that a solution cannot be made, and no other program's: what lacks is the solution's."""
 
 
 class Instruction(ctypes.Structure):
@@ -43,9 +42,9 @@ def main(arguments: str) -> int:
     """Run a solution; the exit status is 0 where it returned.
 
     Args:
-        arguments: JSON: descriptor (of the socket; null where the solution is only to be loaded), solution and models
-            (folders), module, libraries (distributions that are offered), limits (rlimit -> value), filter (of system
-            calls; empty for none).
+        arguments: JSON: descriptor (of the socket), run (false where the solution is only to be made), solution and
+            models (folders), module, libraries (distributions that are offered), limits (rlimit -> value), filter (of
+            system calls; empty for none).
     """
     given = json.loads(arguments)
     for name, value in given["limits"].items():
@@ -57,28 +56,21 @@ def main(arguments: str) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # what is printed before a run is stopped is read, and in its order
             stream.reconfigure(line_buffering=True)
-    if given["descriptor"] is None:
-        return _only_load(given)
-    channel = Channel(socket.socket(fileno=given["descriptor"]), FROM_SERVER)
-    goal, robot, connection = connect(channel, Path(given["models"]))
+    faulthandler.enable()  # where a library crashes, its owner reads which
+    connection = Connection(Channel(socket.socket(fileno=given["descriptor"]), FROM_SERVER))
+    if given["run"]:
+        goal, robot = connect(connection, Path(given["models"]))
+    else:
+        connection.tell("hello", version=VERSION)
     try:
-        load(Path(given["solution"]), given["module"])().run(goal, robot)
+        solution = load(Path(given["solution"]), given["module"])()
+        if given["run"]:
+            solution.run(goal, robot)
     except BaseException as error:  # whatever it is, its owner wants to read it, and the server to know
         traceback.print_exc()
         _tell(connection, "raised", error=_said(error, Path(given["solution"]), given["libraries"]))
         return 1
     _tell(connection, "finished")
-    return 0
-
-
-def _only_load(given: Mapping[str, Any]) -> int:
-    """Make a solution and leave it; what keeps it from being made is the last line that is printed."""
-    try:
-        load(Path(given["solution"]), given["module"])()
-    except BaseException as error:
-        traceback.print_exc()
-        print(_said(error, Path(given["solution"]), given["libraries"]).replace("\n", " "), file=sys.stderr)
-        return CANNOT_LOAD
     return 0
 
 
@@ -126,7 +118,7 @@ def _said(error: BaseException, folder: Path, libraries: Sequence[str]) -> str:
     """An exception in a line, whatever its own words do; of a library that is not there, what there is."""
     try:
         hint = _missing(error, folder, libraries) or walls.met(error)
-        words = f"{type(error).__name__}: {error}"[:1000] + hint
+        words = ": ".join(filter(None, (type(error).__name__, str(error))))[:1000] + hint
         return words[:1900].encode("utf-8", "replace").decode()
     except BaseException:  # its words may be anything, an exit too
         return type(error).__name__

@@ -20,6 +20,11 @@ if TYPE_CHECKING:
 LEAVE_S = 2.0
 """How long the process may take to read the server's last word, and to end after its own [real s]."""
 
+LAST = ("finished", "raised")
+"""Calls after which there is none."""
+
+BROKEN = (Disconnected, ProtocolError, TimeoutError)
+
 Fields = dict[str, Any]
 Arrays = dict[str, "NDArray[Any]"]
 Answer = tuple[str, Fields, Arrays]
@@ -40,9 +45,8 @@ def serve(
     try:
         while True:
             call = check(channel.receive(max(0.01, process.time_left)), CALLS)
-            if call.kind in ("finished", "raised"):
-                process.wait(LEAVE_S)
-                return Ending("finished") if call.kind == "finished" else Ending("raised", call.fields["error"])
+            if call.kind in LAST:
+                return _last_word(process, call)
             if began == (call.kind == "hello"):
                 raise ProtocolError("hello comes first, and once")
             began = True
@@ -54,12 +58,42 @@ def serve(
         _tell_over(channel, call.number, "the time of the task is over")
         process.wait(LEAVE_S)
         return Ending("time", f"{workcell.time:g} s of simulated time are used up")
-    except Disconnected:
-        return _gone(process, began)
-    except ProtocolError as error:
+    except BROKEN as error:
+        return _broken(process, error, began, "run() returned")
+
+
+def serve_loading(channel: Channel, process: SandboxedProcess) -> Ending:
+    """Listen to a solution that is only made, until it is or cannot be.
+
+    Args:
+        channel: to the solution.
+        process: the solution's.
+    """
+    began = False
+    try:
+        while True:
+            call = check(channel.receive(max(0.01, process.time_left)), CALLS)
+            if call.kind in LAST:
+                return _last_word(process, call)
+            if began or call.kind != "hello":
+                raise ProtocolError("hello comes first, and nothing is asked before run()")
+            began = True
+    except BROKEN as error:
+        return _broken(process, error, began, "Solution() was made")
+
+
+def _last_word(process: SandboxedProcess, call: Message) -> Ending:
+    process.wait(LEAVE_S)
+    return Ending("finished") if call.kind == "finished" else Ending("raised", call.fields["error"])
+
+
+def _broken(process: SandboxedProcess, error: Exception, began: bool, before: str) -> Ending:
+    """How a process ended that is not understood any more."""
+    if isinstance(error, Disconnected):
+        return _gone(process, began, before)
+    if isinstance(error, ProtocolError):
         return process.stopped or Ending("protocol", str(error))
-    except TimeoutError:
-        return process.stopped or Ending("wall", "ran too long, or did not read its answers")
+    return process.stopped or Ending("wall", "ran too long, or did not read its answers")
 
 
 def _tell_over(channel: Channel, number: int, reason: str) -> None:
@@ -69,7 +103,7 @@ def _tell_over(channel: Channel, number: int, reason: str) -> None:
         return
 
 
-def _gone(process: SandboxedProcess, began: bool) -> Ending:
+def _gone(process: SandboxedProcess, began: bool, before: str) -> Ending:
     """Why a process closed its socket without a last word."""
     status = process.wait(LEAVE_S)
     if process.stopped is not None:
@@ -77,7 +111,7 @@ def _gone(process: SandboxedProcess, began: bool) -> Ending:
     how = "closed its socket" if status is None else f"ended with status {status}"
     if status is not None and (status > 128 or status < 0):
         how = f"was ended by signal {status - 128 if status > 128 else -status}"
-    return Ending("died" if began else "start", f"the process {how} before run() returned")
+    return Ending("died" if began else "start", f"the process {how} before {before}")
 
 
 def _answered(workcell: Workcell, call: Message, objects: Sequence[Mapping[str, Any]]) -> Answer:

@@ -13,13 +13,12 @@ from pathlib import Path
 from typing import Any
 
 from tamp.clock import TimeUp, ended_at, now
-from tamp.contest.api.host import CANNOT_LOAD
 from tamp.contest.api.wire import FROM_SOLUTION, Channel
-from tamp.contest.evaluation.session import serve
+from tamp.contest.evaluation.session import serve, serve_loading
 from tamp.contest.evaluation.workcell import Workcell
 from tamp.contest.package import Package
 from tamp.contest.rules import Rules
-from tamp.contest.sandbox.isolation import Ending, Sandbox, visible
+from tamp.contest.sandbox.isolation import Ending, Sandbox
 from tamp.contest.sandbox.process import SandboxedProcess
 from tamp.contest.sandbox.runtime import MODELS, SOLUTION, START, interpreter, make_room, search_path
 from tamp.contest.sandbox.seccomp import call_filter
@@ -123,33 +122,37 @@ def run_solution(
         How it ended, and what it printed.
     """
     ours, theirs = socket.socketpair()
-    with ours, _started(package, models, rules, sandbox, theirs.fileno()) as process:
+    with ours, _started(package, models, rules, sandbox, theirs, run=True) as process:
         theirs.close()
         ending = serve(Channel(ours, FROM_SOLUTION), workcell, process, objects)
     return process.stopped or ending, process.output
 
 
 def cannot_load(package: Package, rules: Rules, sandbox: Sandbox) -> str:
-    """Why a solution cannot be made, in a line; empty where it can, or where it is not itself what says so.
+    """Why a solution cannot be made, in a line; empty where it can, or where the sandbox did not begin.
 
-    It is made in a sandbox where there is nothing of any task, nor anybody to speak to, and not run.
+    It is made in a sandbox where there is nothing of any task, nor anybody who answers, and not run.
     """
+    ours, theirs = socket.socketpair()
     with (
+        ours,
         tempfile.TemporaryDirectory(prefix="tamp-contest-") as folder,
-        _started(package, Path(folder), rules, sandbox, None) as process,
+        _started(package, Path(folder), rules, sandbox, theirs, run=False) as process,
     ):
-        status = process.wait(process.time_left)
-    printed = process.output.decode("utf-8", errors="replace").strip().splitlines()
-    return visible(printed[-1]) if status == CANNOT_LOAD and process.stopped is None and printed else ""
+        theirs.close()
+        ending = serve_loading(Channel(ours, FROM_SOLUTION), process)
+    ending = process.stopped or ending
+    return "" if ending.reason in ("finished", "start") else ending.message
 
 
 def _started(
-    package: Package, models: Path, rules: Rules, sandbox: Sandbox, descriptor: int | None
+    package: Package, models: Path, rules: Rules, sandbox: Sandbox, speaks: socket.socket, *, run: bool
 ) -> SandboxedProcess:
-    """A solution's process; without a socket it only loads the solution."""
+    """A solution's process with its socket; it may be only to make the solution, and not to run it."""
     room = make_room(package.folder.resolve(), models.resolve(), rules.libraries, rules.limits.scratch_mb)
     arguments = {
-        "descriptor": descriptor,
+        "descriptor": speaks.fileno(),
+        "run": run,
         "solution": sandbox.inside(room, SOLUTION),
         "models": sandbox.inside(room, MODELS),
         "module": package.module,
@@ -158,7 +161,7 @@ def _started(
         "filter": call_filter() if sandbox.isolates else [],
     }
     command = [interpreter(), "-I", "-S", "-c", START, json.dumps(search_path(sandbox)), json.dumps(arguments)]
-    return SandboxedProcess(sandbox, room, command, rules.limits, descriptor)
+    return SandboxedProcess(sandbox, room, command, rules.limits, speaks.fileno())
 
 
 def _setup(rules: Rules) -> Path:
