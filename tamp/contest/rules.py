@@ -17,6 +17,12 @@ from tamp.task.files.yaml_document import Document, FieldPath, parse_document, r
 
 Bests = Literal["task", "solution", "mean"]
 
+LEAST_S, MOST_S = 1e-3, 1e9
+"""Of what is no whole number: times."""
+
+MOST: Mapping[str, int] = types.MappingProxyType({"runs": 1000})
+"""Whole numbers that are smaller than others: each run on each task waits in the database."""
+
 
 @dataclass(frozen=True)
 class Uploads:
@@ -105,9 +111,10 @@ def read_rules(text: str, name: str = "contest.yaml") -> Rules:
 def _rules(document: Document, path: Path | None) -> Rules:
     given = document.value if document.value is not None else {}
     rules: Rules = _record(document, (), given, Rules, path=path)
-    for name in ("simulators",):
-        if not getattr(rules, name):
-            raise TampError(f"{document.where((name,))}: at least one is needed")
+    if not rules.simulators:
+        raise TampError(f"{document.where(('simulators',))}: at least one is needed")
+    if len(set(rules.simulators)) < len(rules.simulators):
+        raise TampError(f"{document.where(('simulators',))}: one stands twice; say with 'runs' how often it is tried")
     return rules
 
 
@@ -142,12 +149,15 @@ def _value(document: Document, at: FieldPath, value: Any, hint: Any) -> Any:
         raise TampError(f"{where}: expected true or false")
     if hint is str and not isinstance(value, str):
         raise TampError(f"{where}: expected text")
-    least = 0 if at[-1] in ("seed", "contest_log_kb") else 1 if hint is int else 1e-3
-    if hint is int and (type(value) is not int or not least <= value <= 1 << 31):
-        raise TampError(f"{where}: expected a whole number of at least {least}")
+    if hint is int:
+        least, most = int(at[-1] not in ("seed", "contest_log_kb")), MOST.get(str(at[-1]), 1 << 31)
+        if type(value) is not int or not least <= value <= most:
+            raise TampError(f"{where}: expected a whole number of at least {least} and at most {most}")
     if hint is float:
-        if type(value) not in (int, float) or not least <= value < 1e9:
-            raise TampError(f"{where}: expected a positive number")
+        if type(value) not in (int, float) or not LEAST_S <= value <= MOST_S:
+            raise TampError(
+                f"{where}: expected a positive number of seconds, at least {LEAST_S:g} and at most {MOST_S:g}"
+            )
         return float(value)
     return value
 
@@ -161,7 +171,10 @@ def task_files(rules: Rules, kind: Literal["contest", "trial"]) -> tuple[Path, .
     folder = Path() if rules.path is None else rules.path.parent
     found: dict[Path, None] = {}
     for pattern in getattr(rules, kind):
-        paths = sorted(folder.glob(pattern)) if not Path(pattern).is_absolute() else [Path(pattern)]
+        try:
+            paths = sorted(folder.glob(pattern)) if not Path(pattern).is_absolute() else [Path(pattern)]
+        except (ValueError, IndexError):  # as pathlib says that it is none
+            raise TampError(f"{rules.path}: {kind}: {pattern!r} is no pattern of files, such as tasks/*.yaml") from None
         paths = [path for path in paths if path.is_file()]
         if not paths:
             raise TampError(f"{rules.path}: {kind}: there is no file {pattern!r} in {folder.resolve()}")

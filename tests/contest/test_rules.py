@@ -8,6 +8,7 @@ import pytest
 
 from tamp.cli import main, parser
 from tamp.contest.rules import Rules, load_rules, read_rules, task_files
+from tamp.contest.sandbox.runtime import closure
 from tamp.errors import TampError
 
 
@@ -36,6 +37,10 @@ def test_every_setting_is_read() -> None:
         ("runs: true", "whole number"),
         ("execution_s: -1", "positive number"),
         ("execution_s: .nan", "positive number"),
+        ("runs: 2000000000", "at least 1 and at most 1000"),
+        ("seed: 9999999999", "at least 0 and at most 2147483648"),
+        ("limits: {wall_s: 1e10}", "at least 0.001 and at most 1e[+]09"),
+        ("simulators: [mujoco, mujoco]", "one stands twice; say with 'runs' how often"),
         ("best_of_runs: best", "valid are task, solution, mean"),
         ("renderer: crayon", "'crayon' is not valid; valid are raycast, software"),
         ("limits: {cpu: 1}", "limits.cpu: unknown"),
@@ -61,6 +66,19 @@ def test_tasks_are_found_beside_the_file(tmp_path: Path) -> None:
     assert task_files(rules, "contest") == (tmp_path / "tasks" / "a.yaml",)
     with pytest.raises(TampError, match=r"no file 'none/\*.yaml'"):
         task_files(rules, "trial")
+
+
+@pytest.mark.parametrize("pattern", ["**.yaml", "."])
+def test_what_is_no_pattern_is_said(pattern: str, tmp_path: Path) -> None:
+    (tmp_path / "contest.yaml").write_text(f"contest: ['{pattern}']\n")
+    with pytest.raises(TampError, match="is no pattern of files, such as"):
+        task_files(load_rules(tmp_path / "contest.yaml"), "contest")
+
+
+def test_a_library_is_a_name_without_a_version() -> None:
+    for name in ("numpy>=1", "[extra]"):
+        with pytest.raises(TampError, match="expected the name of a distribution, without a version"):
+            closure((name,))
 
 
 def test_a_new_contest_has_rules_trial_tasks_and_a_seed_of_its_own(

@@ -113,9 +113,12 @@ def closure(libraries: Sequence[str]) -> list[Distribution]:
         name, extras = _parsed(text)
         try:
             found[name] = distribution(name)
-        except PackageNotFoundError:
+        except (PackageNotFoundError, ValueError):
             if named:
-                raise TampError(f"the library {text!r}, to be offered to solutions, is not installed") from None
+                raise TampError(
+                    f"the library {text!r}, to be offered to solutions, is not installed; expected the name of a "
+                    "distribution, without a version"
+                ) from None
             continue  # needed on other machines or for other extras only
         for need in found[name].requires or ():
             requirement, _, marker = need.partition(";")

@@ -60,14 +60,20 @@ def load_contest(path: Path) -> Contest:
     """Read contest.yaml and all tasks that it names.
 
     Raises:
-        TampError: where the rules or a task cannot be used, a simulator is missing, or there is no contest task.
+        TampError: where the rules or a task cannot be used, a simulator is missing, there is no contest task, or one
+            of them is a trial task, too.
     """
     rules = load_rules(path)
     for name in rules.simulators:
         require(name)
     entries: dict[Kind, tuple[Entry, ...]] = {}
-    for kind in KINDS:
-        tasks = [load_task(file, allow_outside=True) for file in task_files(rules, kind)]
+    sets = {kind: task_files(rules, kind) for kind in KINDS}
+    if both := {file.resolve() for file in sets["contest"]} & {file.resolve() for file in sets["trial"]}:
+        raise TampError(
+            f"{path}: {min(both)} is in both sets; whoever asks gets the trial tasks, a contest task is hidden"
+        )
+    for kind, found in sets.items():
+        tasks = [load_task(file, allow_outside=True) for file in found]
         labels = [task.name if kind == "trial" else numbered(number) for number, task in enumerate(tasks, start=1)]
         if len(set(labels)) < len(labels):
             raise TampError(f"{path}: {kind}: two tasks have the same name; names must differ within a set")

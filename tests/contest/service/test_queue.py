@@ -205,3 +205,10 @@ def test_what_killed_workers_left_is_removed_and_what_others_use_is_not(tmp_path
     with scratch_folder(tmp_path) as one, scratch_folder(tmp_path) as other:
         assert one != other and one.is_dir() and not left.exists()
     assert not one.exists() and not other.exists()
+
+
+def test_a_contest_task_is_no_trial_task_that_anybody_gets(service: Service) -> None:
+    rules = service.data / "contest.yaml"
+    rules.write_text("contest: ['*_a.yaml']\ntrial: ['hidden_*.yaml']\n")
+    with pytest.raises(TampError, match=r"hidden_a.yaml is in both sets; whoever asks gets the trial tasks"):
+        load_contest(rules)
