@@ -20,6 +20,7 @@ from tamp.contest.service import queue
 from tamp.contest.service.contest import load_contest
 from tamp.contest.service.web.app import make_app
 from tamp.contest.service.web.prompt import PromptProtocol
+from tamp.results import Result, to_json
 from tests.contest.service.served import CODE, Service
 
 
@@ -177,3 +178,21 @@ def test_a_task_without_a_goal_pose_takes_no_figures_of_another(service: Service
     another, own = client.get("/tasks").text.split("<figure>")[1:]
     assert "<b>another</b>" in another and "no goal is a pose" in another and "doing nothing" not in another
     assert "<b>open</b>" in own and "doing nothing 20.00" in own
+
+
+def test_a_team_finds_its_row_and_what_went_wrong(service: Service) -> None:
+    """Its row is marked; failed runs are counted above what they printed, of which a page has the end."""
+    number = service.hand_in(service.ours).json()["id"]
+    service.hand_in(service.theirs, CODE + b"# other\n")
+    for message in ("raised: ZeroDivisionError", *[""] * 7):
+        held = queue.claim(service.store)
+        assert held is not None
+        result = Result(held.task, held.run, "failed", ede_m=0.1, simulator=held.simulator, message=message)
+        assert queue.finish(service.store, held, to_json(result), "begin" + "x" * 30_000 + "end")
+    board, others = service.get("/", service.ours).text, service.get("/").text
+    assert board.count(' mine">') == 1 and board.count('class="mine"') == 1 and "mine" not in others
+    assert others.count("<bdi>ours</bdi>") == 2, "in the board, and in a row of its errors of each task"
+    page = service.get(f"/submissions/{number}", service.ours).text
+    assert "1 of 4 runs did not end well" in page
+    assert "xend</pre>" in page and "begin" not in page and "the API has all 30008" in page
+    assert "did not end well" not in service.get(f"/submissions/{number}").text

@@ -55,6 +55,8 @@ UPLOAD_S = 900.0
 FULL = "the server's disk is full; nothing was accepted and nothing is lost, try again later"
 GONE = "the database cannot be reached; try again in a moment"
 UPLOADS = "/api/submissions"
+MOST_SHOWN = 20_000
+"""Characters of what a run printed, on a page that has them of all runs."""
 HIGHEST = (1 << 31) - 1
 """Of a number in the database."""
 
@@ -204,6 +206,7 @@ class Routes:
             errors=self._board.errors(found.kind, place) if found.state == "done" else {},
             yardsticks={task.task: task for task in self._contest.yardsticks[found.kind]},
             logs=self._board.logs(number) if owner else [],
+            shown=MOST_SHOWN,
             films=self._films(found),
             put_off=put_off_now(self._store, number),
         )
