@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from benchmarks.parts.agreement_bodies import Body, Library, bodies_of_scenarios, links, random_convex
 from benchmarks.parts.agreement_scenes import MARGIN, Scenes, pushed
 from benchmarks.parts.harness import Row, main
-from tamp.checking.geometry.solids import penetration
 from tamp.task.mesh.parts import Part
 
 Array = NDArray[np.float64]
@@ -105,7 +104,7 @@ def exact(a: Sequence[Part], b: Sequence[Part], T_a_b: Array) -> float:
 
 
 def _exact(a: Part, b: Part, T_a_b: Array) -> float:
-    """Penetration by the checker's own Minkowski difference; distance as the least point of that polytope.
+    """Penetration by the hull of the Minkowski difference; distance as the least point of that polytope.
 
     The latter is a least distance problem, solved as one of non-negative least squares (Lawson and Hanson, "Solving
     Least Squares Problems", 1974, chapter 23).
@@ -113,11 +112,10 @@ def _exact(a: Part, b: Part, T_a_b: Array) -> float:
     from scipy.optimize import nnls
     from scipy.spatial import ConvexHull
 
-    depth = penetration(a, b, T_a_b)
-    if depth >= 0.0:
-        return -depth
     moved = b.vertices @ T_a_b[:3, :3].T + T_a_b[:3, 3]
     planes = ConvexHull((a.vertices[:, None] - moved[None]).reshape(-1, 3)).equations
+    if (apart := float(planes[:, 3].max())) <= 0.0:
+        return apart
     E = np.vstack([-planes[:, :3].T, planes[:, 3]])
     u, _ = nnls(E, np.array([0.0, 0.0, 0.0, 1.0]))
     residual = E @ u - np.array([0.0, 0.0, 0.0, 1.0])

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import fcl
 import numpy as np
-from scipy.spatial import ConvexHull
 
+from tamp.checking.geometry.polyhedra import parting
 from tamp.checking.geometry.transforms import inverse
 from tamp.task.mesh.parts import Part, convex_hull
 
@@ -94,7 +94,7 @@ def _deeper(a: Piece, b: Piece, transform: Any, T_a_b: Array, depth: float) -> b
     # Out of a piece that has a corner of the other so far inside, the way is no shorter.
     if max(_reach_into(a, b, T_a_b), _reach_into(b, a, inverse(T_a_b))) > depth:
         return True
-    return penetration(a.part, b.part, T_a_b) > depth
+    return penetration(a, b, T_a_b) > depth
 
 
 def _reach_into(a: Piece, b: Piece, T_a_b: Array) -> float:
@@ -163,38 +163,37 @@ def _depth(a: Piece, b: Piece, transform: Any, T_a_b: Array, tolerance: float) -
     if not fcl.collide(a.still, b.moving, fcl.CollisionRequest(num_max_contacts=1, enable_contact=True), result):
         return 0.0
     depth = float(result.contacts[0].penetration_depth)
-    return depth if depth <= tolerance else penetration(a.part, b.part, T_a_b)
+    return depth if depth <= tolerance else penetration(a, b, T_a_b)
 
 
-def penetration(a: Part, b: Part, T_a_b: Array) -> float:
-    """Depth to which two convex parts interpenetrate [m]; negative where they are apart.
+def penetration(a: Piece, b: Piece, T_a_b: Array) -> float:
+    """Depth to which two convex pieces interpenetrate [m]; negative where they are apart.
 
     The distance of the origin from the boundary of their Minkowski difference (Cameron and Culley, "Determining the
-    minimum translational distance between two convex polyhedra", ICRA 1986), whose hull is computed outright.
+    minimum translational distance between two convex polyhedra", ICRA 1986), of whose faces each is looked at.
     """
-    return float(-_difference(a, b, T_a_b)[:, 3].max())
+    return -_parting(a, b, T_a_b)[0]
 
 
 def parting_normals(a: Solid, b: Solid, T_a_b: Array) -> Iterator[Array]:
     """The `parting_normal` of each two pieces of two solids that are in each other."""
     for i, j in np.argwhere(_gaps_at_least(a, b, T_a_b) <= 0.0):
-        one, other = a.pieces[i].part, b.pieces[j].part
-        if penetration(one, other, T_a_b) > 0.0:
-            yield parting_normal(one, other, T_a_b)
+        apart, normal = _parting(a.pieces[i], b.pieces[j], T_a_b)
+        if apart < 0.0:
+            yield normal
 
 
-def parting_normal(a: Part, b: Part, T_a_b: Array) -> Array:
+def parting_normal(a: Piece, b: Piece, T_a_b: Array) -> Array:
     """Unit normal, shape (3,), in the frame of `a`, from `b` into `a`, of the plane that best parts two convex ones."""
-    planes = _difference(a, b, T_a_b)
-    normal: Array = -planes[planes[:, 3].argmax(), :3]
-    return normal
+    return _parting(a, b, T_a_b)[1]
 
 
-def _difference(a: Part, b: Part, T_a_b: Array) -> Array:
-    """Outward planes (x, y, z, offset), shape (n, 4), of the Minkowski difference of two convex parts."""
-    moved = b.vertices @ T_a_b[:3, :3].T + T_a_b[:3, 3]
-    planes: Array = ConvexHull((a.vertices[:, None] - moved[None]).reshape(-1, 3)).equations
-    return planes
+def _parting(a: Piece, b: Piece, T_a_b: Array) -> tuple[float, Array]:
+    """What `parting` says of two pieces, in the frame of the first."""
+    R, t = T_a_b[:3, :3], T_a_b[:3, 3]
+    normals, offsets = b.planes
+    turned = normals @ R.T
+    return parting(a.corners, a.edges, a.planes, b.corners @ R.T + t, b.edges, (turned, offsets + turned @ t))
 
 
 SPACING = 0.006
@@ -230,6 +229,13 @@ class Piece:
         return np.array(self.part.vertices, order="C")
 
     @cached_property
+    def edges(self) -> NDArray[np.int64]:
+        """The corners at both ends of each edge, shape (m, 2); such as lie within a flat face are among them."""
+        faces = self.part.faces
+        ends = np.concatenate([faces[:, :2], faces[:, 1:], faces[:, ::2]])
+        return np.unique(np.sort(ends.astype(np.int64), axis=1), axis=0)
+
+    @cached_property
     def planes(self) -> tuple[Array, Array]:
         """Outward unit normals, shape (m, 3), and offsets, shape (m,), of the faces; slivers left out."""
         a, b, c = (self.part.vertices[self.part.faces[:, i]] for i in range(3))
@@ -249,7 +255,7 @@ class Piece:
     def surface(self) -> tuple[Array, Array, Mask]:
         """Points all over the surface, the outward normals there, each of shape (n, 3), and which lie on an edge, (n,).
 
-        A lattice on every face, in the order of x; an edge between two faces of about the same direction is none.
+        A lattice on every face; an edge between two faces of about the same direction is none.
         """
         a, b, c = (self.part.vertices[self.part.faces[:, i]] for i in range(3))
         normals = np.cross(b - a, c - a)
@@ -267,15 +273,7 @@ class Piece:
             directions.append(np.broadcast_to(normals[chosen], lattice.shape).reshape(-1, 3))
             on_side = np.concatenate([v < 1e-9, 1 - u - v < 1e-9, u < 1e-9], axis=2)  # ab, bc, ca
             edges.append((on_side & sharp[chosen]).any(axis=2).reshape(-1))
-        order = np.argsort(np.vstack(points)[:, 0], kind="stable")
-        return np.vstack(points)[order], np.vstack(directions)[order], np.concatenate(edges)[order]
-
-    def surface_within(self, center: Array, radius: float) -> tuple[Array, Array, Mask]:
-        """Of `surface`, what lies in a ball."""
-        points, directions, edges = self.surface
-        slab = slice(*np.searchsorted(points[:, 0], [center[0] - radius, center[0] + radius]))
-        inside = np.einsum("ij,ij->i", points[slab] - center, points[slab] - center) <= radius * radius
-        return points[slab][inside], directions[slab][inside], edges[slab][inside]
+        return np.vstack(points), np.vstack(directions), np.concatenate(edges)
 
     @cached_property
     def volume_and_centroid(self) -> tuple[float, Array]:
@@ -351,6 +349,12 @@ class Solid:
         """Vertices of all pieces, shape (n, 3), and where each piece's begin among them, shape (pieces,)."""
         counts = [len(piece.part.vertices) for piece in self.pieces]
         return np.concatenate([piece.part.vertices for piece in self.pieces]), np.cumsum([0, *counts[:-1]])
+
+    @cached_property
+    def planes(self) -> tuple[Array, Array, NDArray[np.int64]]:
+        """The planes of all pieces, and where each piece's begin among them and the last one's end, (pieces + 1,)."""
+        normals, offsets = zip(*(piece.planes for piece in self.pieces), strict=True)
+        return np.concatenate(normals), np.concatenate(offsets), np.cumsum([0, *map(len, offsets)])
 
     @cached_property
     def boxes(self) -> tuple[Array, Array]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.checking.geometry.polyhedra import looking_back
 from tamp.checking.geometry.solids import parting_normal
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics import equilibrium
@@ -109,48 +110,20 @@ def _near(body: Solid, other: Solid, T_other_body: Array, gap: float, deep: floa
 
     Both in the frame of `other`, shape (n, 3).
     """
-    points, normals = [np.zeros((0, 3))], [np.zeros((0, 3))]
-    ball = _world(other.center[None], inverse(T_other_body))[0], other.radius + gap
     corners, first = body.corners
     corners = _world(corners, T_other_body)
     low, high = np.minimum.reduceat(corners, first), np.maximum.reduceat(corners, first)
     lower, upper = other.boxes[0] - gap, other.boxes[1] + gap
     meeting = np.asarray(((low[:, None] <= upper) & (high[:, None] >= lower)).all(axis=2))
+    points, normals = [np.zeros((0, 3))], [np.zeros((0, 3))]
     for i in np.flatnonzero(meeting.any(axis=1)):
-        a = body.pieces[i]
-        surface, directions, edges = a.surface_within(*ball)
-        if not len(surface):
-            continue
-        moved, turned = _world(surface, T_other_body), directions @ T_other_body[:3, :3].T
-        least = np.where(edges, FACING, PARALLEL)
-        for j in np.flatnonzero(meeting[i]):
-            near = ((moved >= lower[j]) & (moved <= upper[j])).all(axis=1)
-            over, faces = _over(moved[near], turned[near], least[near], other.pieces[j], gap, deep)
-            if len(over):
-                points.append(over)
-                normals.append(_pushing(a, T_other_body, other.pieces[j], faces, gap))
+        near, least, asked = (gap, deep, BESIDE), (FACING, PARALLEL), np.flatnonzero(meeting[i])
+        surface = body.pieces[i].surface
+        over, pieces, faces = looking_back(surface, T_other_body, other.planes, (lower, upper), near, least, asked)
+        points.append(over)
+        touched = np.unique(pieces)
+        normals += [_pushing(body.pieces[i], T_other_body, other.pieces[j], faces[pieces == j], gap) for j in touched]
     return np.vstack(points), np.vstack(normals)
-
-
-def _over(
-    points: Array, directions: Array, least: Array, piece: Piece, gap: float, deep: float
-) -> tuple[Array, NDArray[np.int64]]:
-    """Those points that lie within `gap` of faces of a piece that look back at them, over them, and which faces.
-
-    A face looks back where the cosine to the opposite of a point's direction is at least `least`, shape (n,).
-    """
-    normals, offsets = piece.planes
-    height = points @ normals.T - offsets
-    outermost = height.max(axis=1)
-    near = (outermost <= gap) & (outermost >= -deep)
-    points, directions, least, height = points[near], directions[near], least[near], height[near]
-    facing = directions @ normals.T <= -least[:, None]
-    above = np.where(facing, height, -np.inf)
-    beside = np.where(facing, -np.inf, height).max(axis=1, initial=-np.inf)
-    nearest = above.argmax(axis=1)
-    highest = above[np.arange(len(points)), nearest]
-    kept = (highest <= gap) & (highest >= -deep) & (beside <= BESIDE)
-    return points[kept], nearest[kept]
 
 
 def _pushing(a: Piece, T: Array, b: Piece, faces: NDArray[np.int64], gap: float) -> Array:
@@ -165,6 +138,6 @@ def _pushing(a: Piece, T: Array, b: Piece, faces: NDArray[np.int64], gap: float)
     back = (others @ _world(b.part.vertices, inverse(T)).T).min(axis=1) - theirs
     pushing, parting = normals[faces], beyond >= max(beyond.max(), back.max()) - gap
     if not parting[faces].all():
-        best = parting_normal(a.part, b.part, inverse(T)) @ T[:3, :3].T
+        best = parting_normal(a, b, inverse(T)) @ T[:3, :3].T
         pushing[~parting[faces] & (pushing @ best < FACING)] = best
     return pushing

@@ -184,11 +184,12 @@ def reach(points: Array, center: Array, ahead: Array) -> float:
 
 def outermost(points: Array, normals: Array) -> Array:
     """Indices of the contacts that span those with the same normal."""
-    _, groups = np.unique(np.round(normals, 3), axis=0, return_inverse=True)
+    thousandths = np.rint(1000 * normals).astype(np.int64)
+    _, groups = np.unique(thousandths @ (10**8, 10**4, 1), return_inverse=True)
     angle = np.linspace(0.0, 2 * np.pi, DIRECTIONS, endpoint=False)
     kept = []
     for group in range(groups.max() + 1):
-        members = np.flatnonzero(groups.reshape(-1) == group)
+        members = np.flatnonzero(groups == group)
         along, across = _tangents(normals[members[:1]])
         fan = np.cos(angle)[:, None] * along + np.sin(angle)[:, None] * across
         kept.append(members[np.unique((points[members] @ fan.T).argmax(axis=0))])

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
+from scipy.spatial import ConvexHull
 
 from tamp.checking.geometry.solids import Piece, Solid, clearance, deeper, parting_normal, penetration
 from tamp.checking.geometry.transforms import inverse
@@ -51,7 +52,7 @@ def test_clearance_is_symmetric_and_deep_values_are_exact(a: object, b: object, 
     there, back = clearance(one, two, T, 0.0), clearance(two, one, inverse(T), 0.0)
     assert there == pytest.approx(back, abs=1e-5, rel=0.1)  # bounds of distances may be slack, depths may not
     if there < -1e-6:
-        assert there == pytest.approx(-penetration(one.hull.part, two.hull.part, T), abs=1e-9)
+        assert there == pytest.approx(-penetration(one.hull, two.hull, T), abs=1e-9)
 
 
 @given(a=shapes, b=shapes, T=poses)
@@ -59,13 +60,27 @@ def test_clearance_is_symmetric_and_deep_values_are_exact(a: object, b: object, 
 def test_what_goes_deep_into_another_parts_from_it_along_the_normal_and_no_sooner(
     a: object, b: object, T: np.ndarray
 ) -> None:
-    one, two = solid(a).hull.part, solid(b).hull.part
+    one, two = solid(a).hull, solid(b).hull
     deep = penetration(one, two, T)
     if deep > 1e-4:
         moved, normal = T.copy(), parting_normal(one, two, T)
         assert np.linalg.norm(normal) == pytest.approx(1.0)
         moved[:3, 3] -= deep * normal  # the second gives way, as much as the first would the other way
         assert penetration(one, two, moved) == pytest.approx(0.0, abs=1e-6)
+
+
+@given(a=shapes, b=shapes, T=poses)
+@settings(max_examples=25, deadline=None)
+def test_the_plane_that_best_parts_two_is_a_face_of_the_hull_of_their_minkowski_difference(
+    a: object, b: object, T: np.ndarray
+) -> None:
+    one, two = solid(a).hull, solid(b).hull
+    moved = two.corners @ T[:3, :3].T + T[:3, 3]
+    planes = ConvexHull((one.corners[:, None] - moved).reshape(-1, 3)).equations
+    best = planes[:, 3].max()
+    assert penetration(one, two, T) == pytest.approx(-best, abs=1e-8)
+    alike = planes[planes[:, 3] > best - 1e-7, :3]
+    assert (alike @ -parting_normal(one, two, T)).max() == pytest.approx(1.0, abs=1e-5)
 
 
 @given(gap=st.floats(-0.03, 0.1))
