@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import errno
+import pickle
+import signal
 import socket
 import sqlite3
 import struct
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from types import MappingProxyType
 from urllib.error import URLError
 
 import numpy as np
@@ -19,7 +25,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as nps
 
 from tamp.contest.api import walls
-from tamp.contest.api.client import Connection, Robot
+from tamp.contest.api.client import Connection, Goal, Robot
 from tamp.contest.api.schema import ANSWERS, CALLS, check
 from tamp.contest.api.wire import FROM_SOLUTION, PREFIX, Channel, Disconnected, Message, ProtocolError, decode, encode
 
@@ -203,3 +209,59 @@ def test_what_of_the_sandbox_is_behind_an_exception_is_said(error: Exception, sa
     outer = RuntimeError("cannot be done")
     outer.__cause__ = error
     assert walls.met(outer) == walls.met(error)
+
+
+def _answering(theirs: socket.socket) -> None:
+    """Answer each call by its number, in two pieces, until there is none any more."""
+    channel = Channel(theirs, FROM_SOLUTION)
+    with suppress(Disconnected):
+        while True:
+            call = channel.receive()
+            data = encode(Message("tf", call.number, {"time_left": 1.0}, {"T_parent_child": np.eye(4)}))
+            for piece in (data[:20], data[20:]):
+                theirs.sendall(piece)
+                time.sleep(0.002)
+
+
+@pytest.fixture
+def asked() -> Iterator[Connection]:
+    ours, theirs = socket.socketpair()
+    thread = threading.Thread(target=_answering, args=(theirs,))
+    thread.start()
+    with ours, theirs:
+        yield Connection(Channel(ours, FROM_SOLUTION))
+        ours.shutdown(socket.SHUT_RDWR)
+        thread.join()
+
+
+FRAMES = {"parent": "world", "child": "tool"}
+
+
+def test_several_threads_may_ask(asked: Connection) -> None:
+    with ThreadPoolExecutor(4) as pool:
+        answers = list(pool.map(lambda _: asked.ask("tf", FRAMES).number, range(20)))
+    assert sorted(answers) == list(range(1, 21))
+
+
+def test_an_alarm_of_the_solutions_own_leaves_no_half_answer(asked: Connection) -> None:
+    before = signal.signal(signal.SIGALRM, signal.default_int_handler)
+    try:
+        for after_s in (0.001, 0.002, 0.003):
+            with suppress(KeyboardInterrupt):
+                signal.setitimer(signal.ITIMER_REAL, after_s)
+                asked.ask("tf", FRAMES)
+                time.sleep(1.0)
+            assert asked.ask("tf", FRAMES).kind == "tf"
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def test_a_robot_is_asked_in_one_process_and_a_goal_goes_anywhere(asked: Connection) -> None:
+    with pytest.raises(TypeError, match="the process that run"):
+        pickle.dumps(asked)
+    asked._process += 1
+    with pytest.raises(RuntimeError, match="send what was seen to others"):
+        asked.ask("tf", FRAMES)
+    goal = Goal("task", MappingProxyType({}), (0.0,))
+    assert pickle.loads(pickle.dumps(goal)).objects == goal.objects

@@ -260,6 +260,9 @@ def test_a_library_that_is_not_there_is_told_with_what_there_is_and_how_to_bring
     (folder / "solution" / "__init__.py").write_text("import solution.picks\n")
     ending, _ = run_in(sandbox, folder, tmp_path / "again")
     assert ending.message == "ModuleNotFoundError: No module named 'solution.picks'"
+    solution.write_text("from .picks import pick\n")
+    ending, _ = run_in(sandbox, solution, tmp_path / "beside")
+    assert "; a module beside solution.py is imported by its name alone: 'import helpers'" in ending.message
 
 
 @pytest.mark.parametrize(

@@ -12,12 +12,14 @@ poses are homogeneous transforms, shape (4, 4); `T_a_b` is the pose of b in a. W
 
 from __future__ import annotations
 
+import os
 import reprlib
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
@@ -76,6 +78,13 @@ class Goal:
     objects: Mapping[str, GoalObject]
     table: tuple[float, ...]
 
+    def __reduce__(self) -> tuple[Any, ...]:  # a solution may send it to processes of its own
+        return _goal, (self.task, dict(self.objects), self.table)
+
+
+def _goal(task: str, objects: dict[str, GoalObject], table: tuple[float, ...]) -> Goal:
+    return Goal(task, MappingProxyType(objects), table)
+
 
 @dataclass(frozen=True, eq=False)
 class Frame:
@@ -111,8 +120,11 @@ class ArmState:
     width: float
 
 
+ONE_PROCESS = "the robot answers to the process that run() is called in: ask there, and send what was seen to others"
+
+
 class Connection:
-    """Asks the server, one call at a time.
+    """Asks the server, one call at a time, in a thread of its own: whoever asks, and whatever interrupts who waits.
 
     Attributes:
         time_left: simulated seconds that were left after the last call.
@@ -120,7 +132,12 @@ class Connection:
 
     def __init__(self, channel: Channel) -> None:
         self._channel, self._number = channel, 0
+        # A signal that the solution handles, such as an alarm, interrupts no thread but its own first one.
+        self._thread, self._process = ThreadPoolExecutor(1), os.getpid()
         self.time_left = 0.0
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError(ONE_PROCESS)
 
     def ask(
         self, kind: str, fields: Mapping[str, Any] = MappingProxyType({}), arrays: Mapping[str, Any] | None = None
@@ -131,27 +148,34 @@ class Connection:
             Refused: where it cannot be done.
             TimeUp: where the time of the task is over.
             ValueError: where an argument is none that the API takes.
+            RuntimeError: in another process.
         """
-        self._number += 1
-        message = Message(kind, self._number, fields, arrays or {})
+        if os.getpid() != self._process:
+            raise RuntimeError(ONE_PROCESS)
         try:
-            check(message, CALLS)
+            check(Message(kind, 0, fields, arrays or {}), CALLS)
         except ProtocolError as error:
             raise ValueError(str(error)) from None
-        self._channel.send(message)
-        answer = check(self._channel.receive(), ANSWERS)
-        if answer.number != self._number:
-            raise ProtocolError(f"the answer is to call {answer.number}, not {self._number}")
+        answer = self._thread.submit(self._exchange, kind, fields, arrays or {}).result()
         if answer.kind == "over":
             raise TimeUp(answer.fields["reason"])
-        self.time_left = float(answer.fields["time_left"])
         if answer.kind == "refused":
             raise Refused(answer.fields["reason"])
         return answer
 
+    def _exchange(self, kind: str, fields: Mapping[str, Any], arrays: Mapping[str, Any]) -> Message:
+        self._number += 1
+        self._channel.send(Message(kind, self._number, fields, arrays))
+        answer = check(self._channel.receive(), ANSWERS)
+        if answer.number != self._number:
+            raise ProtocolError(f"the answer is to call {answer.number}, not {self._number}")
+        self.time_left = float(answer.fields.get("time_left", self.time_left))
+        return answer
+
     def tell(self, kind: str, **fields: Any) -> None:
-        """Say what has no answer."""
-        self._channel.send(check(Message(kind, self._number + 1, fields), CALLS))
+        """Say what has no answer, once the last call has its own."""
+        message = check(Message(kind, self._number + 1, fields), CALLS)
+        self._thread.submit(self._channel.send, message).result()
 
 
 def _vector(name: str, values: ArrayLike, dimensions: int) -> Matrix:

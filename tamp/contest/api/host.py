@@ -125,7 +125,11 @@ def _said(error: BaseException, folder: Path, libraries: Sequence[str]) -> str:
 
 
 def _missing(error: BaseException, folder: Path, libraries: Sequence[str]) -> str:
-    """What may be imported, where a solution asked for a library that is not there; else nothing."""
+    """What may be imported, and how, where a solution asked for what is not there; else nothing."""
+    if isinstance(error, ImportError) and "no known parent package" in str(error):
+        return (
+            "; a module beside solution.py is imported by its name alone: 'import helpers', not 'from . import helpers'"
+        )
     if not isinstance(error, ModuleNotFoundError) or type(error.name) is not str:
         return ""
     top = error.name.partition(".")[0]
