@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import pickle
+import resource
 import signal
 import socket
 import sqlite3
@@ -24,7 +25,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as nps
 
-from tamp.contest.api import walls
+from tamp.contest.api import host, walls
 from tamp.contest.api.client import Connection, Goal, Robot
 from tamp.contest.api.schema import ANSWERS, CALLS, check
 from tamp.contest.api.wire import FROM_SOLUTION, PREFIX, Channel, Disconnected, Message, ProtocolError, decode, encode
@@ -265,3 +266,12 @@ def test_a_robot_is_asked_in_one_process_and_a_goal_goes_anywhere(asked: Connect
         asked.ask("tf", FRAMES)
     goal = Goal("task", MappingProxyType({}), (0.0,))
     assert pickle.loads(pickle.dumps(goal)).objects == goal.objects
+
+
+def test_limits_are_no_higher_than_the_machine_allows(monkeypatch: pytest.MonkeyPatch) -> None:
+    taken = {}
+    monkeypatch.setattr(resource, "setrlimit", lambda kind, limits: taken.update({kind: limits}))
+    for kind, highest in ((0, 100), (1, 200), (2, resource.RLIM_INFINITY)):
+        monkeypatch.setattr(resource, "getrlimit", lambda _, highest=highest: (50, highest))
+        host.limit(kind, 150)
+    assert taken == {0: (100, 100), 1: (150, 150), 2: (150, 150)}

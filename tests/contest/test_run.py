@@ -16,6 +16,7 @@ from tamp.contest.evaluation.workcell import Refusal, TimeOver, Workcell
 from tamp.contest.rules import Rules
 from tamp.contest.sandbox.choice import KINDS, choose
 from tamp.contest.sandbox.isolation import Sandbox
+from tamp.contest.sandbox.plain import Plain
 from tamp.errors import TampError
 from tamp.execution.simulators import make_simulator
 from tamp.results import Result
@@ -136,6 +137,17 @@ def test_runs_that_are_known_are_not_repeated(folder: Path) -> None:
     found = evaluate.evaluate(solution_path("nothing"), [task], rules, sandbox, seen.append, known)
     assert [(result.seed, result.ede_m == 0.123) for result in found] == [(0, False), (1, True)]
     assert [one.result.seed for one in seen] == [0]
+
+
+def test_a_sandbox_that_does_not_begin_is_no_run_that_counts(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It was scored as one in which nothing was done, and the command went well."""
+    monkeypatch.setattr(Plain, "command", lambda *_: ["/bin/sh", "-c", "echo no room today; exit 3"])
+    command = ["contest", "run", str(folder / "moves.py"), "--tasks", str(folder / "tiny.yaml"), "--runs", "1"]
+    assert main([*command, "--no-isolation"]) == 2
+    said = capsys.readouterr().err
+    assert "the sandbox did not begin: the process ended with status 3" in said and "no room today" in said
 
 
 def test_without_isolation_it_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

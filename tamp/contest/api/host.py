@@ -48,7 +48,7 @@ def main(arguments: str) -> int:
     """
     given = json.loads(arguments)
     for name, value in given["limits"].items():
-        resource.setrlimit(getattr(resource, name), (value, value))
+        limit(getattr(resource, name), value)
     if given["filter"]:
         take_on(given["filter"])
         walls.hide_refused()
@@ -72,6 +72,13 @@ def main(arguments: str) -> int:
         return 1
     _tell(connection, "finished")
     return 0
+
+
+def limit(kind: int, most: int) -> None:
+    """Have the kernel limit this process and its children, to what the machine allows where that is less."""
+    highest = resource.getrlimit(kind)[1]
+    most = most if highest == resource.RLIM_INFINITY else min(most, highest)
+    resource.setrlimit(kind, (most, most))
 
 
 def take_on(instructions: Sequence[Sequence[int]]) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from tamp.contest.evaluation.standings import counting, improvement, standings
-from tamp.contest.evaluation.trial import Trial, run_trial
+from tamp.contest.evaluation.trial import NotBegunError, Trial, run_trial
 from tamp.contest.package import unpack
 from tamp.contest.rules import Rules
 from tamp.contest.sandbox.isolation import Sandbox, visible
@@ -93,6 +93,8 @@ def require_doable(task: Task, rules: Rules, sandbox: Sandbox) -> None:
             trial = run_trial(task, package, rules=rules, simulator=rules.simulators[0], run=0, sandbox=sandbox)
         except OSError as error:  # the machine has no process, memory or room to spare
             why = error.strerror or str(error)
+        except NotBegunError as error:
+            why = str(error)
         else:
             if trial.ending.reason == "finished":
                 return

@@ -18,11 +18,11 @@ from tamp.contest.evaluation.session import serve, serve_loading
 from tamp.contest.evaluation.workcell import Workcell
 from tamp.contest.package import Package
 from tamp.contest.rules import Rules
-from tamp.contest.sandbox.isolation import Ending, Sandbox
+from tamp.contest.sandbox.isolation import Ending, Sandbox, visible
 from tamp.contest.sandbox.process import SandboxedProcess
 from tamp.contest.sandbox.runtime import MODELS, SOLUTION, START, interpreter, make_room, search_path
 from tamp.contest.sandbox.seccomp import call_filter
-from tamp.errors import PartError
+from tamp.errors import PartError, TampError
 from tamp.execution.log import Frame
 from tamp.execution.simulators import make_simulator
 from tamp.formats.obj import shape_obj
@@ -39,6 +39,10 @@ FILM_S = 0.4
 
 BEYOND_S = 30.0
 """What a scene may take past a solution's limit, at which that is ended, before its simulator counts as hanging [s]."""
+
+
+class NotBegunError(TampError):
+    """The sandbox ended before anything of the solution was run: no fault of the solution's."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +77,8 @@ def run_trial(
         film: record frames.
 
     Raises:
-        TampError: where task, simulator, cameras or an offered library cannot be used.
+        TampError: where task, simulator, cameras or an offered library cannot be used; NotBegunError where the sandbox
+            did not begin.
         PartError: where a simulator of one's own raises, answers wrongly, or does not come back.
     """
     began, seed = time.monotonic(), rules.seed + run
@@ -96,6 +101,9 @@ def run_trial(
         except TimeUp:  # the solution itself is ended before
             limit = f"{rules.limits.wall_s:g} s that a run may take"
             raise PartError(f"simulator {simulator!r} did not come back within the {limit}") from None
+    if ending.reason == "start":
+        printed = log.decode("utf-8", errors="replace").strip().splitlines()
+        raise NotBegunError(f"the sandbox did not begin: {visible(': '.join([ending.message, *printed[-1:]]))}")
     result = _result(task, poses, workcell, ending, simulator, run, used, time.monotonic() - began)
     return Trial(result, ending, log, tuple(workcell.frames))
 

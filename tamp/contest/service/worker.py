@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
-from tamp.contest.evaluation.trial import Trial, cannot_load, run_trial
+from tamp.contest.evaluation.trial import NotBegunError, Trial, cannot_load, run_trial
 from tamp.contest.package import Package, unpack
 from tamp.contest.sandbox.isolation import Sandbox
 from tamp.contest.service import films, queue
@@ -40,10 +40,6 @@ SHORTAGES = frozenset(
     getattr(errno, name) for name in ("ENOSPC", "EDQUOT", "EROFS", "EIO", "EMFILE", "ENFILE", "ENOMEM", "EAGAIN")
 )
 """Of disk, handles, memory or processes: the machine's, for which no run is to pay."""
-
-
-class _NotBegunError(Exception):
-    """The sandbox ended before anything of the solution was run."""
 
 
 class _Stopped(Exception):  # noqa: N818  the end of a worker whose database is gone
@@ -121,9 +117,6 @@ class Worker:
                     sandbox=self.sandbox,
                     film=True,
                 )
-            if trial.ending.reason == "start":
-                printed = trial.log.decode("utf-8", errors="replace").strip().splitlines()
-                raise _NotBegunError(": ".join([trial.ending.message, *printed[-1:]]))
         except Exception as error:  # a run that the server cannot do must not keep it from others
             self._failed(held, error)
             return None
@@ -144,7 +137,7 @@ class Worker:
     def _failed(self, held: queue.Claim, error: Exception) -> None:
         """Have a run that failed on the server tried again: a few times, or later where the machine lacks something."""
         cause = error.__cause__ or error
-        if isinstance(error, _NotBegunError) or (isinstance(cause, OSError) and cause.errno in SHORTAGES):
+        if isinstance(error, NotBegunError) or (isinstance(cause, OSError) and cause.errno in SHORTAGES):
             pause_s = self._patiently(lambda: queue.put_off(self.store, held, str(error)))
             LOG.error(
                 "run %d of %s could not be begun, it is tried again in %g s: %s",
