@@ -52,7 +52,7 @@ def improve_windows(task: GroundTask, plan: Plan, search: Callable[[GroundTask, 
             if cost(other) < cost(plan) and reaches(task, other):
                 plan, in_vain = eliminate(task, other), 0
                 states = _states(task, plan)
-        start = 0 if end >= len(plan) else start + STRIDE  # what was found may be shorter than the window was
+        start = start + STRIDE if max(end, start + STRIDE) < len(plan) else 0  # it may be shorter now, or longer
         if in_vain * STRIDE >= len(plan):
             if length >= len(plan):
                 break

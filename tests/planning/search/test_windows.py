@@ -41,6 +41,14 @@ def test_a_plan_gets_cheaper_in_parts_that_are_short_beside_it():
     assert max(sizes) <= WINDOW
 
 
+def test_a_cheaper_way_may_take_more_actions_than_the_plan_had():
+    dear = operator([0], [3], cost=10)
+    steps = [operator([i], [i + 1]) for i in range(3)]
+    whole = task((dear, *steps), (3,), 4)
+    better = improve_windows(whole, (dear,), search)
+    assert better.plan == tuple(steps)
+
+
 def test_what_later_effects_are_conditional_on_is_kept():
     """The cheap way does not bring what the last action's effect rests on, though that may be applied."""
     dear, cheap = operator([0], [1, 2], cost=10), operator([0], [1], cost=1)
