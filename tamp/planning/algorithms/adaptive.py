@@ -245,16 +245,17 @@ def _next_skeleton(session: Session) -> Skeleton | None:
 def _searched(session: Session, sure: bool = False) -> SearchResult:
     """A search without what was blamed for failures; less and less is left out where that finds nothing.
 
-    First come also streams that were blamed, past what is not in the way of moves; at last everything.
+    First come also streams that were blamed, past what is not in the way of moves, or of the last; at last everything.
     """
     if session.lessons.tried and not sure:
         result = session.searches.search(Scope(novel=True))
         if result.plan is not None:
             return result
     if session.lessons.blames:
-        result = session.searches.search(Scope(unbarred=True, sure=sure))
-        if result.plan is not None:
-            return result
+        for scope in (Scope(unbarred=True, sure=sure), Scope(arriving=True, sure=sure))[: 1 + session.goal_barred]:
+            result = session.searches.search(scope)
+            if result.plan is not None:
+                return result
     return session.searches.search(Scope(sure=sure))
 
 

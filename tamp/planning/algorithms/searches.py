@@ -65,7 +65,7 @@ class Searches:
             if result.plan is not None:
                 return result
         result = self._searched_under(scope)
-        partial = scope.novel or scope.unbarred
+        partial = scope.clear or scope.arriving
         if result.plan is None and not result.timed_out and not partial and self._lessons.guessed:
             return self._searched_under(replace(scope, exact=True))
         return result
@@ -104,7 +104,7 @@ class Searches:
         bound = self._found.bound()
         with self._stopwatch.timed("search"):
             left = self._limits.left_to_search
-            result = self._symbolic.run(task, left, bound, brief=scope.novel or scope.unbarred or scope.sure)
+            result = self._symbolic.run(task, left, bound, brief=scope.clear or scope.arriving or scope.sure)
         self._count(task, result)
         self._lessons.proofs &= result.plan is not None or result.proven or result.timed_out or bound is not None
         self._limits.check()

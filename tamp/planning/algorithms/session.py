@@ -213,6 +213,12 @@ class Session:
         return any(self.knowledge.source(handle) is None for handle in wanted - self._named)
 
     @property
+    def goal_barred(self) -> bool:
+        """Whether the goal wants a move that failed."""
+        hidden = [pattern for pattern in self.schema.goal.positive if pattern[0] == self.connectors.fluent]
+        return any(term in self.lessons.blames for pattern in hidden for term in pattern[1:])
+
+    @property
     def optimizers(self) -> bool:
         """Whether optimizers give values."""
         return any(external.optimizer for external in self.schema.externals.values())

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from tamp.planning.binding.attempt import Attempt
 from tamp.planning.binding.skeleton import Skeleton
-from tamp.planning.grounding.task_builder import Blame
+from tamp.planning.grounding.blame import Blame
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.objects import Fact
 from tamp.planning.report import SkeletonReport

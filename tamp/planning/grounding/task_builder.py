@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 from tamp.planning.constraints import Course, Forbidden
 from tamp.planning.grounding.atom_table import Body, Literals, Numbering
+from tamp.planning.grounding.blame import Blame, Reluctance
 from tamp.planning.grounding.ground_task import GroundTask, TaskAxiom, TaskEffect, TaskOperator
 from tamp.planning.grounding.moves import MovePrices, Moves
 from tamp.planning.grounding.operators import GroundAxiom, GroundEffect, GroundOperator
@@ -81,36 +81,6 @@ def reachable(
     return reached, [thing for i in live if isinstance(thing := things[i][1], GroundOperator)], bodies
 
 
-@dataclass
-class Blame:
-    """A learnt reluctance: an operator that mentions a value is discouraged while one of `facts` holds.
-
-    Attributes:
-        facts: what was named or guessed to be in the way, each with how often.
-        failures: how many moves to the value failed, or plans with values of the lineage that it stands for.
-        harmless: what held when a move to the value succeeded, each with how often.
-        kinds: facts that bar all values of a lineage, with lineages in place of objects, each with how often.
-    """
-
-    facts: Counter[Fact] = field(default_factory=Counter)
-    failures: int = 0
-    harmless: Counter[Fact] = field(default_factory=Counter)
-    kinds: Counter[Fact] = field(default_factory=Counter)
-
-    @property
-    def weight(self) -> int:
-        """What it adds to the cost of an operator."""
-        return 30 * self.failures
-
-    def of_all(self) -> Blame | None:
-        """What bars most moves to some values, and so maybe to others of their like; None where nothing does."""
-        common = Counter({f: n for f, n in self.facts.items() if n >= LIKE and n > self.harmless[f]})
-        return Blame(common, self.failures, kinds=self.kinds) if common or self.kinds else None
-
-
-LIKE = 4
-"""How many moves to values that came from the same streams a fact bars before it is taken to bar the others."""
-
 HOPED = "@hoped"
 """Predicate of atoms that say that the price of hoping for a test was paid."""
 
@@ -125,6 +95,7 @@ class Scope:
     Attributes:
         novel: without streams whose values all failed, and as `unbarred`.
         unbarred: values to which moves failed only where what was in the way is gone.
+        arriving: so much at the goal alone.
         sure: without any hopes, among real values alone.
         moves: with what the moves cost that are left to binding.
         pairs: these at what each costs between two values.
@@ -135,12 +106,18 @@ class Scope:
 
     novel: bool = False
     unbarred: bool = False
+    arriving: bool = False
     sure: bool = False
     moves: bool = True
     pairs: bool = False
     exact: bool = False
     asking: bool = False
     among: frozenset[GroundOperator] | None = None
+
+    @property
+    def clear(self) -> bool:
+        """Whether what is in the way of a move must be gone, before an operator as at the goal."""
+        return self.novel or self.unbarred
 
 
 EVERYTHING = Scope()
@@ -203,7 +180,9 @@ class TaskBuilder:
         reached.update(fact for group in moving.groups for fact in group)
         number = Numbering(state, reached, bodies, knowledge)
         ends = tuple(fact for fact in goal[0] if fact[0] != hidden or moving.fluent)
-        wanted = number.literals(ends, goal[1])
+        last = Reluctance([h for f in goal[0] if f[0] == hidden for h in f[1:]], blames, knowledge)
+        barring = last.barring(goal[0], number) if scope.clear or scope.arriving else ()
+        wanted = number.literals(ends, (*goal[1], *barring))
         follows = any(
             set(bodies[f]) <= set(bodies.get(g, ()))
             for f in ends
@@ -354,26 +333,18 @@ class TaskBuilder:
         effects = tuple(e for effect in op.effects if (e := number.effect(effect)) is not None)
         effects += moves.changed(op, number.of)
         cost = self._cost(op)
-        against = self._against(op, blames) if blames else []
-        named = dict.fromkeys(f for blame in against for f in (*blame.facts, *number.of_kinds(blame.kinds)))
-        facts = [f for f in named if f not in op.positive and number.known(f)]
-        if not all(blame.facts or blame.kinds for blame in against):
-            cost += max(blame.weight for blame in against)
-        elif facts:
+        reluctance = Reluctance(op.binding.values(), blames, self._knowledge)
+        facts = reluctance.barring(op.positive, number)
+        if reluctance.vague:
+            cost += reluctance.weight
+        elif facts or reluctance.spoilt(op.positive):
             clear = number.literals(positive, (*op.negative, *barred, *facts))
-            if clear is not None:
+            if clear is not None and not reluctance.spoilt(op.positive):
                 yield TaskOperator(op, *clear, effects, cost)
-            if scope.novel or scope.unbarred:
+            if scope.clear:
                 return
-            cost += max(blame.weight for blame in against)
+            cost += reluctance.weight
         yield TaskOperator(op, *literals, effects, cost)
-
-    def _against(self, op: GroundOperator, blames: dict[int, Blame]) -> list[Blame]:
-        """Why an operator is discouraged: because of its values, or of most of their like."""
-        values = dict.fromkeys(op.binding.values())
-        kinds = dict.fromkeys(map(self._knowledge.lineage, values)).keys() - values.keys()
-        like = (blames[kind].of_all() for kind in sorted(kinds) if kind in blames)
-        return [*(blames[h] for h in values if h in blames), *(blame for blame in like if blame is not None)]
 
 
 def _nogoods(instance: Instance, number: Numbering, exact: bool) -> Iterator[Fact]:

@@ -11,9 +11,10 @@ from typing import Any
 from tamp import clock
 from tamp.errors import PartError, TampError, told
 from tamp.planning.binding.attempt import BoundStep
+from tamp.planning.grounding.blame import Blame
 from tamp.planning.grounding.ground_task import GroundTask
 from tamp.planning.grounding.grounder import Grounder
-from tamp.planning.grounding.task_builder import Blame, Scope, TaskBuilder
+from tamp.planning.grounding.task_builder import Scope, TaskBuilder
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.schema import Schema
 from tamp.planning.model.stream_instances import ground

@@ -5,7 +5,7 @@ from collections import Counter
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tamp.planning.grounding.task_builder import LIKE, Blame
+from tamp.planning.grounding.blame import LIKE, Blame
 
 FACTS = [("at", number) for number in range(4)]
 
