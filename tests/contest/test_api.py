@@ -200,6 +200,7 @@ def test_what_is_no_argument_is_named_and_nothing_is_sent(call: Callable[[Robot]
         (PermissionError(errno.EPERM, "not permitted"), "the sandbox has no network"),
         (sqlite3.OperationalError("access permission denied"), "for SQLite, nolock=1"),
         (OSError(errno.EROFS, "read-only"), "only /tmp can be written to"),
+        (MemoryError("Unable to allocate 9 GiB"), "limited by 'memory_mb'"),
         (OSError(errno.ENOSPC, "no space"), "limited by 'scratch_mb'"),
         (FileNotFoundError(errno.ENOENT, "no such file"), ""),
         (ValueError("of its own"), ""),
@@ -264,6 +265,8 @@ def test_a_robot_is_asked_in_one_process_and_a_goal_goes_anywhere(asked: Connect
     asked._process += 1
     with pytest.raises(RuntimeError, match="send what was seen to others"):
         asked.ask("tf", FRAMES)
+    with pytest.raises(RuntimeError, match="send what was seen to others"):
+        asked.tell("finished")
     goal = Goal("task", MappingProxyType({}), (0.0,))
     assert pickle.loads(pickle.dumps(goal)).objects == goal.objects
 

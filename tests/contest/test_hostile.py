@@ -270,9 +270,12 @@ def test_a_library_that_is_not_there_is_told_with_what_there_is_and_how_to_bring
     [
         ("raise RuntimeError('a\\nb')\n", "RuntimeError: a b"),
         ("class Solution:\n    def run(self, goal, robot): raise RuntimeError\n", ""),
-        ("import os\nos._exit(3)\n", "the process ended with status 3 before Solution() was made"),
+        ("import os\nos._exit(255)\n", "the process ended with status 255 before Solution() was made"),
         ("import sys\nsys.exit()\n", "SystemExit"),
-        ("import ctypes\nctypes.string_at(0)\n", "the process was ended by signal 11 before Solution() was made"),
+        (
+            "import ctypes\nctypes.string_at(0)\n",
+            "the process was ended by signal 11 (Segmentation fault) before Solution() was made",
+        ),
         ("while True: print('here')\n", "printed more than 64 KiB"),
     ],
 )

@@ -150,8 +150,7 @@ class Connection:
             ValueError: where an argument is none that the API takes.
             RuntimeError: in another process.
         """
-        if os.getpid() != self._process:
-            raise RuntimeError(ONE_PROCESS)
+        self._require_own_process()
         try:
             check(Message(kind, 0, fields, arrays or {}), CALLS)
         except ProtocolError as error:
@@ -162,6 +161,10 @@ class Connection:
         if answer.kind == "refused":
             raise Refused(answer.fields["reason"])
         return answer
+
+    def _require_own_process(self) -> None:
+        if os.getpid() != self._process:
+            raise RuntimeError(ONE_PROCESS)
 
     def _exchange(self, kind: str, fields: Mapping[str, Any], arrays: Mapping[str, Any]) -> Message:
         self._number += 1
@@ -174,6 +177,7 @@ class Connection:
 
     def tell(self, kind: str, **fields: Any) -> None:
         """Say what has no answer, once the last call has its own."""
+        self._require_own_process()  # a copy of it may have come to the end of run(), too
         message = check(Message(kind, self._number + 1, fields), CALLS)
         self._thread.submit(self._channel.send, message).result()
 

@@ -50,6 +50,8 @@ def met(error: BaseException) -> str:
     for cause in _causes(error):
         if isinstance(cause, socket.gaierror) or type(cause).__module__ == "sqlite3":
             return f"; {REFUSED}"
+        if isinstance(cause, MemoryError):
+            return "; memory is limited by 'memory_mb'"
         if isinstance(cause, OSError) and cause.errno is not None and cause.errno in MET:
             return f"; {MET[cause.errno]}"
     return ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -109,8 +110,9 @@ def _gone(process: SandboxedProcess, began: bool, before: str) -> Ending:
     if process.stopped is not None:
         return process.stopped
     how = "closed its socket" if status is None else f"ended with status {status}"
-    if status is not None and (status > 128 or status < 0):
-        how = f"was ended by signal {status - 128 if status > 128 else -status}"
+    number = 0 if status is None else status - 128 if status > 128 else -status
+    if number in signal.valid_signals():
+        how = f"was ended by signal {number} ({signal.strsignal(number)})"
     return Ending("died" if began else "start", f"the process {how} before {before}")
 
 
