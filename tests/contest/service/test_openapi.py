@@ -30,7 +30,7 @@ BODIES = (
     b"\xff\xfe",
     b"1" * 5000,
 )
-VALID = {"name": "solution.py", "kind": "trial"}
+VALID = {"name": "solution.py", "kind": "trial", "runs": "false"}
 HEADERS = (
     {}, {"Content-Type": "application/json"}, {"Content-Type": "multipart/form-data"}, {"Sec-Fetch-Site": "cross-site"},
     {"Content-Type": "application/json; charset=nonsense"}, {"Range": "bytes=9-1"}, {"Accept": "text/html"},

@@ -196,3 +196,6 @@ def test_a_team_finds_its_row_and_what_went_wrong(service: Service) -> None:
     assert "1 of 4 runs did not end well" in page
     assert "xend</pre>" in page and "begin" not in page and "the API has all 30008" in page
     assert "did not end well" not in service.get(f"/submissions/{number}").text
+    followed = service.get(f"/api/submissions/{number}?runs=false", service.ours)  # as its page asks again and again
+    assert followed.json()["file"] == "solution.py" and len(followed.content) < 1000
+    assert f"{number}?runs=false" in service.get("/static/contest.js").text.replace("${live.dataset.number}", number)

@@ -307,8 +307,8 @@ class Routes:
             raise HTTPException(408, f"the upload took longer than {UPLOAD_S:g} s") from None
         return path
 
-    def submission(self, request: Request, number: str) -> dict[str, Any]:
-        """How far a submission is, what it scored, and for its owner how each run ended and what it printed."""
+    def submission(self, request: Request, number: str, runs: bool = True) -> dict[str, Any]:
+        """How far a submission is, what it scored, and for its owner, unless `runs` is false, what came of each run."""
         found = self._visible(request, number)
         team = team_of(self._store, _token(request))
         values = _progress(found)
@@ -317,7 +317,7 @@ class Routes:
         if found.state == "done":
             values["errors_m"] = self._board.errors(found.kind, self._board.results(number))
         if team is not None and team.name == found.team:
-            values |= {"file": found.file, "runs": self._board.logs(number)}
+            values |= {"file": found.file} | ({"runs": self._board.logs(number)} if runs else {})
         return values
 
     def export(self, request: Request) -> dict[str, Any]:

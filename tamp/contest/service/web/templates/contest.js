@@ -37,7 +37,7 @@ document.getElementById("log-out")?.addEventListener("click", async () => {
 });
 const live = document.getElementById("live");
 const watch = async () => {
-  const now = await ask("GET", `/api/submissions/${live.dataset.number}`).catch((error) => error);
+  const now = await ask("GET", `/api/submissions/${live.dataset.number}?runs=false`).catch((error) => error);
   if (now.status === 410) return location.reload();
   if (!(now instanceof Error)) {
     live.querySelector("progress").value = now.done;
