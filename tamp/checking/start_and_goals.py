@@ -82,8 +82,10 @@ def check_start(replay: Replay, exact: Mapping[str, Pose] | None) -> None:
             sentence = f"{name} starts on the very edge of what carries it, or beyond, and tips over that"
             replay.report("start", sentence, (name,))
     for name, far in _off_balance(scene, state, allow).items():
-        sentence = f"{name} starts in the air" if np.isinf(far) else f"{name} starts {1000 * far:.0f} mm off balance"
-        replay.report("start", sentence, (name,), min(far, 1.0))
+        how = f"{1000 * far:.0f} mm off balance"
+        if np.isinf(far):
+            how = "where friction does not hold it" if carriers(scene, state, name, allow).bodies else "in the air"
+        replay.report("start", f"{name} starts {how}", (name,), min(far, 1.0))
 
 
 def note_stayed(scene: Scene, state: State, allow: Tolerances) -> None:

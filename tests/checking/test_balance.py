@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tamp.checking import check
-from tamp.checking.physics.stacks import off_balance, stack_of
+from tamp.checking.physics.stacks import off_balance, stack_of, upset
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
 from tamp.task import At, Box, Capsule, Fall, Inertia, Object, Plan, Pose, Sphere, Task
@@ -101,6 +101,22 @@ def test_a_weight_set_on_the_end_of_a_plank_tips_it():
     )
     found = [p for p in check(task, plan).problems if p.kind == "support"]
     assert any("plank tips over" in p.sentence for p in found)
+
+
+@pytest.mark.parametrize(
+    ("half", "radius", "friction", "masses", "wrong"),
+    [(0.0188, 0.0224, 0.2, (0.097, 0.165), True), (0.0132, 0.0202, 0.7, (0.2, 0.4), False)],
+)
+def test_what_lies_across_a_gap_pushes_apart_what_carries_it(half, radius, friction, masses, wrong):
+    """In two simulators the first comes down by 60 mm, and the other stays; the sides of the blocks held both up."""
+    height, wide = 1.5 * radius, 0.05
+    places = [Pose((0.05, side * (half + wide / 2), height / 2)) for side in (-1, 1)]
+    blocks = [Object(f"block {T.xyz[1]}", Box((0.1, wide, height)), T, mass=masses[1]) for T in places]
+    ball = Object("ball", Sphere(radius), Pose((0.05, 0.0, height + (radius**2 - half**2) ** 0.5)), mass=masses[0])
+    task = Task("gap", tuple(replace(thing, friction=friction) for thing in (*blocks, ball)))
+    state = State({o.name: o.pose.matrix for o in task.objects}, np.zeros(7))
+    said = [sentence for sentence, *_ in upset(Scene.of(task), state.without("ball"), state, ["ball"], DEFAULT)]
+    assert any("ball slides" in sentence for sentence in said) == wrong, said
 
 
 def test_what_leans_on_a_face_falls_when_that_leaves():

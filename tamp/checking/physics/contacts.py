@@ -116,22 +116,26 @@ def _near(body: Solid, other: Solid, T_other_body: Array, gap: float, deep: floa
     lower, upper = other.boxes[0] - gap, other.boxes[1] + gap
     meeting = np.asarray(((low[:, None] <= upper) & (high[:, None] >= lower)).all(axis=2))
     points, normals = [np.zeros((0, 3))], [np.zeros((0, 3))]
+    convex = len(body.pieces) == len(other.pieces) == 1
     for i in np.flatnonzero(meeting.any(axis=1)):
         near, least, asked = (gap, deep, BESIDE), (FACING, PARALLEL), np.flatnonzero(meeting[i])
         surface = body.pieces[i].surface
         over, pieces, faces = looking_back(surface, T_other_body, other.planes, (lower, upper), near, least, asked)
         points.append(over)
-        touched = np.unique(pieces)
-        normals += [_pushing(body.pieces[i], T_other_body, other.pieces[j], faces[pieces == j], gap) for j in touched]
+        normals += [
+            _pushing(body.pieces[i], T_other_body, other.pieces[j], faces[pieces == j], gap, convex)
+            for j in np.unique(pieces)
+        ]
     return np.vstack(points), np.vstack(normals)
 
 
-def _pushing(a: Piece, T: Array, b: Piece, faces: NDArray[np.int64], gap: float) -> Array:
+def _pushing(a: Piece, T: Array, b: Piece, faces: NDArray[np.int64], gap: float, convex: bool) -> Array:
     """Unit normals, shape (n, 3), along which piece `b` pushes piece `a`, at T in its frame, near some of its faces.
 
     Two convex bodies that touch are parted by one plane, and push each other across it alone. A face that does not part
-    them and looks another way than the plane that does gives way to that: the sides of what stands over the edge of a
-    table may reach a little below its top, and the table's side does not push them for that.
+    them gives way to the plane that does: the sides of what stands over the edge of a table may reach a little below
+    its top, and the table's side does not push them for that; nor does either side of an edge carry what lies across
+    it. Pieces of bodies that are not `convex` bulge, and only a face that looks quite another way gives way there.
     """
     (normals, offsets), (others, theirs) = b.planes, a.planes
     beyond = (normals @ _world(a.part.vertices, T).T).min(axis=1) - offsets
@@ -139,5 +143,5 @@ def _pushing(a: Piece, T: Array, b: Piece, faces: NDArray[np.int64], gap: float)
     pushing, parting = normals[faces], beyond >= max(beyond.max(), back.max()) - gap
     if not parting[faces].all():
         best = parting_normal(a, b, inverse(T)) @ T[:3, :3].T
-        pushing[~parting[faces] & (pushing @ best < FACING)] = best
+        pushing[~parting[faces] & (convex | (pushing @ best < FACING))] = best
     return pushing

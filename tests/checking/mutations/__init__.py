@@ -118,7 +118,12 @@ from tests.checking.mutations.pushes import (
     push_what_slips,
     push_what_sticks,
 )
-from tests.checking.mutations.rounds import rolls_along_a_groove, rolls_by_itself, rolls_off_half_a_rim
+from tests.checking.mutations.rounds import (
+    lies_across_a_gap,
+    rolls_along_a_groove,
+    rolls_by_itself,
+    rolls_off_half_a_rim,
+)
 from tests.checking.mutations.solids import rocking_load, wedged_in
 from tests.checking.mutations.stacks import (
     falls_the_other_way,
@@ -196,6 +201,7 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     rolls_down_a_slope: ("start",),
     rolls_off_what_is_light: ("start",),
     rolls_along_a_groove: ("start",),
+    lies_across_a_gap: ("start",),
     rolls_off_half_a_rim: ("start",),
     rolls_by_itself: ("start",),
     falls_the_other_way: ("start",),

@@ -1,6 +1,6 @@
 """Corruptions that bring balls with them, which lie where they do not stay, or where nothing takes them.
 
-In a groove that slopes, on half a rim; aside of where they come down on the level table.
+In a groove that slopes, on half a rim, across a gap; aside of where they come down on the level table.
 """
 
 from __future__ import annotations
@@ -35,6 +35,19 @@ def groove(slope: float, lean: float) -> Mesh:
         top = [(x, side * y, z + y * np.tan(lean) / np.cos(slope)) for x, z in ends for y in (0.0, 0.04)]
         halves.append(convex_hull(np.array([*top, *((x, y, 0.0) for x, y, _ in top)])))
     return hulls(f"groove_{slope:.5f}_{lean:.5f}", halves)
+
+
+def lies_across_a_gap(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """A ball out of the way lies between two light blocks that little friction keeps from sliding apart."""
+    radius, friction, wide = rng.uniform(0.018, 0.025), rng.uniform(0.15, 0.3), 0.03
+    half, high = rng.uniform(0.75, 0.88) * radius, 1.3 * radius
+    between = Pose.from_rpy((*CORNER, 0.0), (0.0, 0.0, np.pi / 2 + rng.uniform(-0.3, 0.3)))
+    for side in (-1, 1):
+        at = between @ Pose((0.0, side * (half + wide / 2), high / 2))
+        block = Object(f"block{side}", Box((0.06, wide, high)), at, mass=0.1, friction=friction)
+        task, plan = added(task, plan, block)
+    at = between @ Pose((0.0, 0.0, high + float(np.sqrt(radius**2 - half**2))))
+    return added(task, plan, Object("ball", Sphere(radius), at, mass=0.4, friction=friction))
 
 
 def rolls_off_half_a_rim(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:

@@ -22,7 +22,7 @@ from tests.checking.oracle.leaning import leaning
 from tests.checking.oracle.lying import lies_down
 from tests.checking.oracle.pushes import push
 from tests.checking.oracle.rocking import rocking
-from tests.checking.oracle.rolling import rolled, rolling
+from tests.checking.oracle.rolling import rolled, rolling, spreading
 from tests.checking.oracle.stacks import toppling
 from tests.checking.oracle.striking import staying
 from tests.checking.oracle.tilting import tipping
@@ -66,6 +66,7 @@ class Oracle:
             or start(quick)
             or leaning(quick)
             or rolling(quick)
+            or spreading(quick)
             or rolled(quick)
             or beyond_rim(quick)
             or self._tipping(quick)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from tamp.task import Sphere
+from tamp.task import Box, Sphere
 from tamp.task.mesh.parts import parts
+from tamp.task.model import TABLE_FRICTION
 from tests.checking.oracle.world import World
 
 STEPS = (0.003, 0.006, 0.009)  # aside, of which each must be lower than the last [m]
@@ -15,6 +16,8 @@ GRID = 80  # points along a triangle's edge
 NEAR = 0.002  # a ball lies on what is no lower under it [m]
 ROLLED = 0.02  # so far aside of where it came down it has rolled [m]
 ALONE = 0.1  # what is farther away has not met it [m]
+APART = 0.001  # a ball pushes blocks apart by so much each, as it comes down between them [m]
+MORE = 1.3  # times the work of all friction it gives then
 
 
 def rolling(world: World) -> str | None:
@@ -44,6 +47,28 @@ def rolled(world: World) -> str | None:
         aside = world.poses[thing.name][:2, 3] - written[:2]
         if np.linalg.norm(aside) > ROLLED and not len(_surfaces(world, thing.name, written, ALONE)):
             return f"{thing.name} rolls by itself on the table"
+    return None
+
+
+def spreading(world: World) -> str | None:
+    """A ball between two boxes on the table, which loses more height than friction costs as they slide apart."""
+    for ball in (thing for thing in world.task.objects if isinstance(thing.shape, Sphere)):
+        center, radius, under = world.poses[ball.name][:3, 3], ball.shape.radius, list[tuple[float, np.ndarray]]()
+        for block in (thing for thing in world.task.objects if isinstance(thing.shape, Box)):
+            T, half = world.poses[block.name], np.array(block.shape.size) / 2
+            local = T[:3, :3].T @ (center - T[:3, 3])
+            nearest = np.clip(local, -half, half)
+            if abs(np.linalg.norm(nearest - local) - radius) < NEAR and abs(T[2, 3] - half[2]) < NEAR:
+                held = block.friction * TABLE_FRICTION * (ball.mass / 2 + block.mass) * APART
+                under.append((held, T[:3, :3] @ (nearest - local)))
+        if len(under) != 2 or under[0][1][:2] @ under[1][1][:2] > 0.0:
+            continue
+        (one, way), (other, _) = under
+        half, rubs = float(np.hypot(way[0], way[1])), ball.friction * min(b.friction for b in world.task.objects)
+        down = np.sqrt(radius**2 - half**2) - np.sqrt(max(radius**2 - (half + APART) ** 2, 0.0))
+        along = rubs * ball.mass * radius / np.sqrt(radius**2 - half**2) * np.hypot(APART, down)
+        if ball.mass * down > MORE * (one + other + along):
+            return f"{ball.name} pushes apart what it lies on"
     return None
 
 

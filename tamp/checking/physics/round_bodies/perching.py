@@ -187,8 +187,11 @@ def _tilts_off(scene: Scene, state: State, name: str, allow: Tolerances) -> bool
     level = all((patch.normals[:, 2] > equilibrium.LEVEL).all() for patch in touching.patches.values())
     if not under or (level and _flat(scene, name, T, allow.balance)):
         return False
-    if any((patch.normals[:, 2] < STEEP).any() for patch in touching.patches.values()):
-        return False  # it leans on something besides, or something holds it down
+    normals = np.concatenate([patch.normals for patch in touching.patches.values()])
+    ways = np.unique(np.round(normals[:, :2], 2), axis=0)
+    across = ways @ ways.T
+    if (normals[:, 2] < STEEP).any() or across.min() < -(ASIDE**2):
+        return False  # it leans on something besides, lies between what pushes it from two sides, or is held down
     others = {o: at for o, at in state.standing(scene).items() if o in under}
     center = scene.center_of_mass(name, T)
     pivot = np.array([*center[:2], (scene.solids[name].hull.part.vertices @ T[2, :3] + T[2, 3]).min()])
