@@ -22,8 +22,8 @@ BEFORE = 0.0015
 """What catches it does so while its centre of mass is at least this far on the near side of the edge [m]."""
 CAUGHT = 3e-4
 """And while that part of it would be at least so much lower than the edge [m]."""
-UNDER = 0.001
-"""What comes down on a body comes down where that is solid, so far below the level of the edge [m]."""
+UNDER = np.arange(0.001, 0.0041, 0.001)
+"""What comes down on a body comes down where that is solid, so far below the edge: it stands across such gaps [m]."""
 
 
 def rise_to_tip(scene: Scene, state: State, name: str, under: str, edge: Array, way: Array) -> float:
@@ -46,8 +46,9 @@ def rise_to_tip(scene: Scene, state: State, name: str, under: str, edge: Array, 
     radius = float(np.hypot(inside, height))
     clearly = float(np.arctan2(inside, height) - np.arcsin(min(BEFORE / radius, 1.0)))
     corners = scene.solids[name].hull.part.vertices @ T[:3, :3].T + T[:3, 3]
-    below = np.column_stack([corners[:, :2], np.full(len(corners), edge[2] - UNDER)])
-    arms = corners[_within(scene.solids[under], inverse(T_under), below)] - center
+    solid, T_under_world = scene.solids[under], inverse(T_under)
+    below = (np.column_stack([corners[:, :2], np.full(len(corners), edge[2] - depth)]) for depth in UNDER)
+    arms = corners[np.any([_within(solid, T_under_world, points) for points in below], axis=0)] - center
     if clearly <= 0.0 or not len(arms):
         return radius - height
     turns = clearly + TURNS

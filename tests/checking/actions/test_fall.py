@@ -315,17 +315,28 @@ def test_a_flank_that_a_fall_slides_past_is_struck_aside_and_bears_no_weight(tmp
     assert ("domino tips over when wedge falls" in found) == tips, found
 
 
-def on_foot(path, foot, plate, aside):
-    """A plate, 60 mm long, on a foot as long that is so far aside; of both their width and height is given [m]."""
-    lines, height = list[str](), 0.0
-    for number, ((wide, high), middle) in enumerate(((foot, aside), (plate, 0.0))):
-        hull = convex_hull((CUBE - (0.5, 0.5, 0.0)) * (wide, 0.06, high) + (middle, 0.0, height))
+def on_foot(path, foot, plate, aside, *ledge):
+    """A plate, 60 mm long, on a foot as long that is so far aside; of both their width and height is given [m].
+
+    Around the foot may be a ledge of such a width that begins so high.
+    """
+    lines, (low, high) = list[str](), (foot[1], foot[1] + plate[1])
+    wide_from_to = [(foot[0], aside, 0.0, low), (plate[0], 0.0, low, high)]
+    for number, (wide, middle, lower, upper) in enumerate([*wide_from_to, *((w, aside, z, low) for w, z in ledge)]):
+        hull = convex_hull((CUBE - (0.5, 0.5, 0.0)) * (wide, 0.06, upper - lower) + (middle, 0.0, lower))
         faces = hull.faces + 1 + sum(line.startswith("v") for line in lines)
         lines += [f"o part{number}", *(f"v {x} {y} {z}" for x, y, z in hull.vertices)]
         lines += [f"f {a} {b} {c}" for a, b, c in faces]
-        height += high
     path.write_text("\n".join(lines))
     return Object("plate", Mesh(path), Pose((0.0, 0.0, 0.0)), mass=0.2)
+
+
+def test_a_rim_catches_also_what_stands_across_a_gap(tmp_path):
+    """What is 2 mm above the table counts as standing on it: what catches the rim is that much lower."""
+    body = on_foot(tmp_path / "plate.obj", (0.04, 0.01), (0.14, 0.015), 0.016, (0.05, 0.002))
+    hull, stood = Solid.of("plate", parts(body.shape)).hull.part.vertices, body.pose.matrix
+    *_, (tilted, _) = islice(rolls(hull, stood, np.array([1.0, 0.0])), 7)
+    assert judged([body], "plate", Pose.from_matrix(tilted), body.pose) == ""
 
 
 @pytest.mark.parametrize(
