@@ -27,6 +27,10 @@ SCRAP = 0.06
 """A sight of so much of an object's surface, as a share, is trusted by two thirds: much else has such a scrap of it."""
 
 
+ITS_OWN = 1.5
+"""How much less is trusted what others explain too: what does so by a half is trusted by a third."""
+
+
 def confidence(best: Candidate, gain: float, clash: float, ahead: float, goes_on: float) -> float:
     """How much to trust an estimate, 0..1.
 
@@ -40,7 +44,7 @@ def confidence(best: Candidate, gain: float, clash: float, ahead: float, goes_on
     seen = (1 - np.exp(-gain / 60)) * (1 - np.exp(-((best.hits / SCRAP) ** 2)))
     clean = np.exp(-8 * best.violations - clash / max(1.0, gain) - (goes_on / GOES_ON) ** 2)
     own = max(0.0, gain) / max(1.0, float(best.weights.sum()))
-    return float(np.clip(seen * clean * np.sqrt(own) * (1 - np.exp(-ahead)), 0.0, 1.0))
+    return float(np.clip(seen * clean * own**ITS_OWN * (1 - np.exp(-ahead)), 0.0, 1.0))
 
 
 def lead(selection: Selection, i: int, gains: Array, others: Sequence[int], verified: Verified) -> float:

@@ -74,6 +74,13 @@ def test_a_scrap_of_a_large_surface_is_no_sight_of_an_object() -> None:
     assert of[0] < 0.5 < 0.95 < of[1]
 
 
+def test_what_shares_more_than_half_of_what_it_explains_with_others_is_uncertain() -> None:
+    """As a bowl in a bowl, both of which fit: the one whose points the other explains as well may be anywhere."""
+    best = Candidate(np.eye(4), np.arange(500), np.full(500, 1.0), 0.15, 0.0, 0.0)
+    of = [confidence(best, gain, 0.0, 10.0, 0.0) for gain in (200.0, 400.0)]
+    assert of[0] < 0.3 < 0.5 < of[1]
+
+
 def test_what_another_that_was_found_nowhere_could_be_is_uncertain() -> None:
     """Two boards are listed and one is there: the other one is told from it by its size, or by nothing."""
     pytest.importorskip("embreex", reason="the extra perception is not installed")
