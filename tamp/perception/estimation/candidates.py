@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tamp.perception.estimation.fit import agreement, explained, glance, refine, turned_about_middle
+from tamp.perception.estimation.fit import agreement, explained, glance, polished, refine, turned_about_middle
 from tamp.perception.estimation.fusion import VOXEL, Cloud
 from tamp.perception.estimation.hypotheses import anywhere, in_place, resting
 from tamp.perception.estimation.matching import distinct
 from tamp.perception.estimation.models.color import difference
 from tamp.perception.estimation.models.object_model import COARSE, FINE, ObjectModel
+from tamp.perception.estimation.turns.likeness import likeliest_near, misfits
 from tamp.perception.estimation.volume import Volume
 
 if TYPE_CHECKING:
@@ -37,6 +38,15 @@ TURNED = 6000
 
 ANGLES, TURNS = (0.2, 0.1, 0.05, 0.025), 48
 """By how much, about each axis, the best of them are turned on [rad], and how often at each step."""
+
+LIKELIEST = 16
+"""Orientations that are fitted by colours."""
+
+GLANCED, JUDGED = 60, 120
+"""Points, at most, that all orientations are judged by, and those that are fitted."""
+
+LOOSELY = 0.003
+"""How far points are from the surface of a pose that was not fitted yet: their standard deviation [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,16 +103,21 @@ def candidates(
     return fitted(volume, model, np.concatenate(chosen))
 
 
-def turned(volume: Volume, model: ObjectModel, center: Array, rng: np.random.Generator) -> Array:
+def turned(
+    volume: Volume, model: ObjectModel, center: Array, own: NDArray[np.int64], rng: np.random.Generator
+) -> Array:
     """The best poses of a model with its middle at a place, (3,) [m], in whatever orientation, shape (n, 4, 4).
 
     Of what is nearly round any orientation fits; that its colours do too is seen within a few degrees alone. So many
-    orientations are tried, the best are fitted by shape, and then turned a little as long as they fit better.
+    orientations are tried, and the best are fitted by shape. What has no colours is then turned a little as long as it
+    fits better; what has is also fitted by how likely its `own` points are, indices of some of the cloud's.
     """
     poses = in_place(model, center, rng, TURNED)
     best = np.argsort(-agreement(volume, model, poses).score, kind="stable")[:FITTED]
-    found = fitted(volume, model, poses[best])
-    return _turned_on(volume, model, np.array([c.pose for c in found]).reshape(-1, 4, 4), rng)
+    found = np.array([c.pose for c in fitted(volume, model, poses[best])]).reshape(-1, 4, 4)
+    if model.colored:
+        return np.concatenate([_likeliest(volume.cloud, model, poses, own), found])
+    return _turned_on(volume, model, found, rng)
 
 
 def _turned_on(volume: Volume, model: ObjectModel, poses: Array, rng: np.random.Generator) -> Array:
@@ -115,6 +130,17 @@ def _turned_on(volume: Volume, model: ObjectModel, poses: Array, rng: np.random.
         scores = agreement(volume, model, tried, 2 * FINE).score.reshape(len(poses), TURNS)
         poses = tried.reshape(len(poses), TURNS, 4, 4)[np.arange(len(poses)), scores.argmax(axis=1)]
     return poses
+
+
+def _likeliest(cloud: Cloud, model: ObjectModel, poses: Array, own: NDArray[np.int64]) -> Array:
+    """The likeliest of poses (n, 4, 4), each clearly different from the others, fitted to points: first by shape.
+
+    Until they are fitted, poses lie beside the points: what that costs must not outweigh the colours.
+    """
+    few, some = (own[:: max(1, -(-len(own) // count))] for count in (GLANCED, JUDGED))
+    order = np.argsort(misfits(cloud, model, poses, few, LOOSELY), kind="stable")
+    kept = poses[order[different(poses[order], model, 0.006, 0.2, LIKELIEST)]]
+    return np.stack([likeliest_near(cloud, model, polished(cloud, model, pose, some), some)[0] for pose in kept])
 
 
 def fitted(volume: Volume, model: ObjectModel, poses: Array) -> list[Candidate]:

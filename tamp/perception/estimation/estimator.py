@@ -240,7 +240,8 @@ def _seek_turned(
             continue
         own = np.flatnonzero(selection.covered(without={i}) < LEFT if labels is None else labels == i)
         volume = scene.of_points(own)
-        poses = turned(volume, models[i], selection.center(i, k), np.random.default_rng([seed, i]))
+        explained = np.flatnonzero(np.isin(own, found[i][k].points))
+        poses = turned(volume, models[i], selection.center(i, k), explained, np.random.default_rng([seed, i]))
         if labels is None:
             _add(models, found, i, judged(scene, models[i], poses))
         else:

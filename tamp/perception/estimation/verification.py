@@ -8,7 +8,7 @@ whole pictures do.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -17,11 +17,11 @@ import numpy as np
 from tamp.perception.estimation.assignment import assigned
 from tamp.perception.estimation.candidates import Candidate, different
 from tamp.perception.estimation.fit import agreement, gaps, polished
-from tamp.perception.estimation.fusion import VOXEL
+from tamp.perception.estimation.fusion import VOXEL, Cloud
 from tamp.perception.estimation.models.object_model import ObjectModel
 from tamp.perception.estimation.selection import Selection
 from tamp.perception.estimation.turns.exchanges import Exchange, told_apart
-from tamp.perception.estimation.turns.likeness import FIRST, fitted_turns, likeliest_near, misfit
+from tamp.perception.estimation.turns.likeness import FIRST, fitted_turns, likeliest_near, misfits
 from tamp.perception.estimation.volume import Volume
 from tamp.perception.rendering.surface import Surface
 
@@ -207,16 +207,30 @@ def _fitted(scene: Volume, model: ObjectModel, candidates: Sequence[tuple[int, A
     """The best that an object can do in a place, of candidates that are numbered, with the points of the place."""
     some = own[:: max(1, len(own) // POINTS)]
     few = own[:: max(1, len(own) // FIRST)]
-    fits = [polished(scene.cloud, model, pose, some) for _, pose in candidates]
-    poses = np.stack([likeliest_near(scene.cloud, model, pose, few)[0] for pose in fits])
+    starts = [(k, start) for k, pose in candidates for start in _starts(scene.cloud, model, pose, some, few)]
+    poses = np.stack([likeliest_near(scene.cloud, model, start, few)[0] for _, start in starts])
     seen_through = agreement(scene, model, poses, len(model.points)).violations * model.area / VOXEL**2
-    misfits = np.array([misfit(scene.cloud, model, pose, some) for pose in poses])
-    costs = seen_through + misfits * len(own) / max(1, len(some))
+    costs = seen_through + misfits(scene.cloud, model, poses, some) * len(own) / max(1, len(some))
     best = int(costs.argmin())
     apart = np.array([model.error(poses[best], pose) for pose in poses]) > APART
     # Candidates that come to the same pose are one: the first, which explained most before it was fitted.
-    same = candidates[int(np.flatnonzero(~apart)[0])][0]
+    same = starts[int(np.flatnonzero(~apart)[0])][0]
     return _Fit(same, poses[best], float(costs[best]), float(costs[apart].min(initial=np.inf)))
+
+
+def _starts(
+    cloud: Cloud, model: ObjectModel, pose: Array, some: NDArray[np.int64], few: NDArray[np.int64]
+) -> Iterator[Array]:
+    """Where turning a pose on by colours begins: fitted to some points by shape, and as it is if that was likelier.
+
+    What is round may be turned by a fit by shape until its colours are elsewhere.
+    """
+    fitted = polished(cloud, model, pose, some)
+    yield fitted
+    if model.colored:
+        before, after = misfits(cloud, model, np.stack([pose, fitted]), few)
+        if before < after:
+            yield pose
 
 
 def _margins(costs: Array, columns: Sequence[int], row: int, but: Collection[int] = ()) -> list[float]:

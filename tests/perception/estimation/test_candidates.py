@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ PANDA = load_robot("panda")
 RADIUS = 0.035
 
 
+@cache
 def _spotted_ball() -> Surface:
     """A ball with three spots of different colours."""
     ball = trimesh.creation.icosphere(subdivisions=5, radius=RADIUS)
@@ -42,12 +44,25 @@ def test_a_balls_orientation_is_told_by_its_spots(seed: int) -> None:
     shots = shoot({"ball": look}, {"ball": pose}, views(load_setup(), PANDA), PANDA, seed=seed)
     volume = see([shot.frame for shot in shots], Table())
     assert volume is not None
-    model = object_model(look)
-    found = judged(volume, model, turned(volume, model, np.array(pose.xyz), np.random.default_rng(seed)))
+    model, own = object_model(look), np.arange(len(volume.cloud.points))
+    found = judged(volume, model, turned(volume, model, np.array(pose.xyz), own, np.random.default_rng(seed)))
     best = max(found, key=lambda candidate: candidate.weights.sum())
     off = Rotation.from_matrix(best.pose[:3, :3]) * R.inv()
     assert off.magnitude() < math.radians(8)
     assert np.linalg.norm(best.pose[:3, 3] - pose.xyz) < 0.005
+
+
+def test_few_points_of_a_ball_tell_its_orientation_by_how_likely_they_are() -> None:
+    """Sixty points around its top, 2 mm aside, as in a box among others: a tenth of what it would show in the open."""
+    model, rng = object_model(_spotted_ball()), np.random.default_rng(0)
+    R = Rotation.from_euler("xyz", (0.5, -0.6, 2.0))
+    points, normals = R.apply(model.points) + np.array((0.0, 0.0, RADIUS)), R.apply(model.normals)
+    shown = rng.permutation(np.flatnonzero(normals[:, 2] > 0.6))[:60]
+    cloud = Cloud(points[shown], normals[shown], model.colors[shown])
+    cells = (60, 60, 40)
+    empty = Volume(cloud, np.array((-0.1, -0.1, 0.0)), np.full(cells, -1, np.int32), np.zeros(cells, np.bool_))
+    found = turned(empty, model, np.array((0.002, 0.0, RADIUS)), np.arange(60), rng)
+    assert min((Rotation.from_matrix(T[:3, :3]) * R.inv()).magnitude() for T in found[:2]) < math.radians(12)
 
 
 def test_a_little_of_a_large_surface_that_was_seen_through_costs_about_what_it_is() -> None:

@@ -12,6 +12,7 @@ from tamp.perception.estimation.fit import explained, polished
 from tamp.perception.estimation.fusion import Cloud
 from tamp.perception.estimation.models.object_model import ObjectModel, object_model
 from tamp.perception.estimation.selection import Selection
+from tamp.perception.estimation.turns.likeness import misfit
 from tamp.perception.estimation.verification import Verified, verify
 from tamp.perception.estimation.volume import Volume
 from tamp.perception.rendering.surface import Surface, plain
@@ -147,14 +148,29 @@ def test_many_guesses_of_one_pose_leave_room_for_another() -> None:
     assert wedge.error(verified.pose, HERE) < 0.003
 
 
-def test_what_is_nearly_round_is_told_by_colours_from_a_guess_that_is_a_little_turned() -> None:
-    """Of two guesses, one turned by 17 degrees and one by half a turn, colours tell only once both are turned on."""
+def _striped_ball() -> ObjectModel:
     ball = plain(Sphere(0.036))
     colors = np.tile(np.array((180, 60, 60), np.uint8), (len(ball.vertices), 1))
     for axis, color in ((0, (80, 160, 60)), (2, (60, 30, 30))):
         colors[ball.vertices[:, axis] > 0.025] = color
-    model = object_model(Surface(ball.vertices, ball.faces, colors))
+    return object_model(Surface(ball.vertices, ball.faces, colors))
+
+
+def test_what_is_nearly_round_is_told_by_colours_from_a_guess_that_is_a_little_turned() -> None:
+    """Of two guesses, one turned by 17 degrees and one by half a turn, colours tell only once both are turned on."""
+    model = _striped_ball()
     true = Pose.from_rpy((0.0, 0.0, 0.037), (0.2, 0.1, 0.5)).matrix
     near, far = (true @ Pose.from_rpy((0.0, 0.0, 0.0), turn).matrix for turn in ((0.2, 0.2, 0.1), (0.0, 0.0, np.pi)))
     pose = _verified(_seen((model, true)), [model], [[far, near]], [0])[0].pose
     assert np.trace(pose[:3, :3].T @ true[:3, :3]) > 1 + 2 * np.cos(np.radians(5.0))
+
+
+def test_what_a_fit_by_shape_turns_away_from_its_colours_is_tried_as_it_was_too() -> None:
+    """Few points of a ball, with noise: fitted by shape alone it turns so far that colours do not bring it back."""
+    model = _striped_ball()
+    true = Pose.from_rpy((0.0, 0.0, 0.037), (0.2, 0.1, 0.5)).matrix
+    scene, rng = _seen((model, true)), np.random.default_rng(3)
+    few = scene.of_points(rng.permutation(np.flatnonzero(scene.cloud.normals[:, 2] > 0.6))[:60])
+    few.cloud.points[:] += 0.002 * np.random.default_rng(3).normal(size=few.cloud.points.shape)
+    found = _verified(few, [model], [[true]], [0])[0]
+    assert misfit(few.cloud, model, found.pose, found.own) <= misfit(few.cloud, model, true, found.own)

@@ -45,12 +45,23 @@ NOISE = 0.005
 
 def misfit(cloud: Cloud, model: ObjectModel, pose: Array, own: NDArray[np.int64]) -> float:
     """Negative logarithm of how likely points are, in place and colour, if they lie on a model at a pose."""
-    local, facing = (cloud.points[own] - pose[:3, 3]) @ pose[:3, :3], cloud.normals[own] @ pose[:3, :3]
+    return float(misfits(cloud, model, pose[None], own)[0])
+
+
+def misfits(
+    cloud: Cloud, model: ObjectModel, poses: Array, own: NDArray[np.int64], precision: float = PRECISION
+) -> Array:
+    """The `misfit` of each of many poses (n, 4, 4), for points of such a standard deviation [m], shape (n,)."""
+    R = poses[:, :3, :3]
+    local = np.einsum("npj,nji->npi", cloud.points[own] - poses[:, None, :3, 3], R).reshape(-1, 3)
+    facing = np.einsum("pj,nji->npi", cloud.normals[own], R).reshape(-1, 3)
     index, near = model.nearest(local, facing, 0.012 + model.spacing)
     gap = np.einsum("ij,ij->i", local - model.points[index], model.normals[index])
-    cost = np.minimum((gap / PRECISION) ** 2 / 2, MOST)
-    cost += np.minimum(difference(model.colors[index], cloud.colors[own]) / 2, MOST)
-    return float(np.where(near, cost, 2 * MOST).sum())
+    cost = np.minimum((gap / precision) ** 2 / 2, MOST).reshape(len(poses), -1)
+    colors = model.colors[index].reshape(*cost.shape, 3)
+    cost += np.minimum(difference(colors, cloud.colors[own]) / 2, MOST)
+    total: Array = np.where(near.reshape(cost.shape), cost, 2 * MOST).sum(axis=1)
+    return total
 
 
 def fitted_turns(cloud: Cloud, model: ObjectModel, pose: Array, points: NDArray[np.int64]) -> Array:
