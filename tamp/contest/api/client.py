@@ -14,10 +14,11 @@ from __future__ import annotations
 
 import os
 import reprlib
-from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+import threading
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from queue import SimpleQueue
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -120,6 +121,9 @@ class ArmState:
     width: float
 
 
+_Queue = SimpleQueue[Any]
+"""Of all queues, this one loses and blocks nothing where an exception of a signal's handler comes in between."""
+
 ONE_PROCESS = "the robot answers to the process that run() is called in: ask there, and send what was seen to others"
 
 
@@ -133,7 +137,8 @@ class Connection:
     def __init__(self, channel: Channel) -> None:
         self._channel, self._number = channel, 0
         # A signal that the solution handles, such as an alarm, interrupts no thread but its own first one.
-        self._thread, self._process = ThreadPoolExecutor(1), os.getpid()
+        self._waiting, self._process = _Queue(), os.getpid()
+        threading.Thread(target=self._work, daemon=True).start()
         self.time_left = 0.0
 
     def __reduce__(self) -> NoReturn:
@@ -155,7 +160,7 @@ class Connection:
             check(Message(kind, 0, fields, arrays or {}), CALLS)
         except ProtocolError as error:
             raise ValueError(str(error)) from None
-        answer = self._thread.submit(self._exchange, kind, fields, arrays or {}).result()
+        answer: Message = self._done(lambda: self._exchange(kind, fields, arrays or {}))
         if answer.kind == "over":
             raise TimeUp(answer.fields["reason"])
         if answer.kind == "refused":
@@ -179,7 +184,24 @@ class Connection:
         """Say what has no answer, once the last call has its own."""
         self._require_own_process()  # a copy of it may have come to the end of run(), too
         message = check(Message(kind, self._number + 1, fields), CALLS)
-        self._thread.submit(self._channel.send, message).result()
+        self._done(lambda: self._channel.send(message))
+
+    def _done(self, action: Callable[[], Any]) -> Any:
+        """What comes of an action that the thread does; whatever interrupts who waits for it, it is done whole."""
+        came = _Queue()
+        self._waiting.put((action, came))
+        value, error = came.get()
+        if error is not None:
+            raise error
+        return value
+
+    def _work(self) -> None:
+        while True:
+            action, came = self._waiting.get()
+            try:
+                came.put((action(), None))
+            except BaseException as error:
+                came.put((None, error))
 
 
 def _vector(name: str, values: ArrayLike, dimensions: int) -> Matrix:
