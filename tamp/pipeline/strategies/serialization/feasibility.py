@@ -99,6 +99,13 @@ class Prospects:
         if name in self.plans:
             self.plans[name] = None
 
+    def forget(self, name: str) -> None:
+        """An object lies otherwise than before: it is tried anew."""
+        self.hopeless.pop(name, None)
+        self.plans.pop(name, None)
+        self.regrasped.discard(name)
+        self.unknown.discard(name)
+
     def turned(self, name: str) -> bool:
         """Whether two grasps have to turn an object over for its goal, as things stand."""
         return turned_over(self.asker.workspace, name)

@@ -23,6 +23,7 @@ from tamp.pipeline.strategies.serialization.ledger import Early, Ledger
 from tamp.pipeline.strategies.serialization.nearest_placement import bring_near
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
 from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, LAST, Asker, Effort, reason
+from tamp.pipeline.strategies.serialization.turning_over import turn_over
 from tamp.planning import Report, Solution, combined
 from tamp.streams.affordances.stack_balance import tips_with
 from tamp.streams.values import Placement
@@ -63,6 +64,7 @@ class Ordering:
         self._vain: dict[str, Placements] = {}
         self._upsetting: dict[str, Placements] = {}
         self._tries = Counter[str]()
+        self._turned = set[str]()
 
     @property
     def left(self) -> dict[str, str]:
@@ -182,6 +184,19 @@ class Ordering:
         near = self._ledger.reach_near(list(self._left))
         return near or (bool(crowded) and make_room(self._asker, crowded, self._ledger.reached))
 
+    def _turn_over(self, name: str) -> bool:
+        """Turn an object over on the table, which is tried once, before two grasps are sought that do; whether it was.
+
+        What two hands do on the way to the goal takes longer to find: both must have room there, or at the start.
+        """
+        if name in self._turned or not self._prospects.turned(name):
+            return False
+        self._turned.add(name)
+        if not turn_over(self._asker, name, self._ledger.reached):
+            return False
+        self._prospects.forget(name)
+        return True
+
     def _all_together(self, iterations: int, staying: Collection[str] = ()) -> bool:
         """Plan for all goals together, while some objects stay where they are; whether that succeeded."""
         workspace = self._asker.workspace
@@ -241,6 +256,8 @@ class Ordering:
                 self._left[name] = against
                 brought = effort.others_move and self._early.bring(name, self._left, self._ledger.reached)
                 return self._ledger.reach_near([name]) or brought
+        if bar is None and self._turn_over(name):
+            workspace = self._asker.workspace
         asked = asking_for(workspace, self._ledger.reached | {name})
         turned = {name} if self._prospects.turned(name) and not self._asker.stays_unturned(name) else set[str]()
         if bar is None and self._stability.uncertain(name):

@@ -271,8 +271,9 @@ def bring_to_rest(
 
 def _put_near(asker: Asker, name: str, grips: Grips, kept: Collection[str], free: Collection[str]) -> bool:
     """Put an object to the nearest place that it reaches, wherever it comes to rest there."""
-    workspace = asker.workspace
+    workspace, rejections = asker.workspace, asker.progress.rejections
     looks, tries, vain, unseen = LOOKS, TRIES, list[Placement](), list[Placement]()
+    refused = set[tuple[str, ...]]()  # what the checker has not let it be put on: it would not there beside either
 
     def hopeful(place: Placement) -> bool:
         fresh = sum(_alike(place, other) for other in vain) < VAIN
@@ -282,15 +283,16 @@ def _put_near(asker: Asker, name: str, grips: Grips, kept: Collection[str], free
     for place in islice(substitutes(workspace, name, hopeful, grips.fits, asker.deadline, simulator), PLACES):
         if asker.late or not (looks and tries):
             break
-        if _covers(workspace, name, place, free):
+        if place.on in refused or _covers(workspace, name, place, free):
             continue
         if hopeful(place):
             looks -= 1
             serving = grips.serving(place)
             if serving:
-                tries -= 1
+                tries, before = tries - 1, len(rejections)
                 if _put(asker, name, place, kept, serving):
                     return True
+                refused |= {place.on} - {(TABLE,)} if len(rejections) > before else set()
                 continue
             vain.append(place)
         if len(unseen) < UNSEEN and (place.on != (TABLE,) or layable(workspace, name, place)):

@@ -204,9 +204,12 @@ def test_what_nothing_comes_of_leaves_time_to_the_others(monkeypatch):
     assert asker.deadline == 24.0
 
 
-def looked_into(monkeypatch, places, serves):
-    """The places that the planner is asked for in vain, each with how many grasps, and those that are looked at."""
-    asked, looked = [], []
+def looked_into(monkeypatch, places, serves, refused=()):
+    """The places that the planner is asked for in vain, each with how many grasps, and those that are looked at.
+
+    The checker sends back what comes to those that are `refused`.
+    """
+    asked, looked, rejections = [], [], []
 
     def serving(place):
         looked.append(place)
@@ -216,11 +219,17 @@ def looked_into(monkeypatch, places, serves):
     monkeypatch.setattr(nearness, "Grips", lambda *args: grips)
     monkeypatch.setattr(nearness, "turned_over", lambda *args: False)
     monkeypatch.setattr(nearness, "substitutes", lambda *args: iter(places))
-    monkeypatch.setattr(nearness, "_put", lambda asker, name, place, kept, grasps: asked.append((place, len(grasps))))
+
+    def put(asker, name, place, kept, grasps):
+        asked.append((place, len(grasps)))
+        rejections.extend(["sent back"] * (place in refused))
+
+    monkeypatch.setattr(nearness, "_put", put)
     asker = SimpleNamespace(
         workspace=None, drawn_seed=lambda name: 0, deadline=1.0, late=False, within=lambda share: nullcontext()
     )
-    asker.progress = SimpleNamespace(now=SimpleNamespace(samplers={}, setup=SimpleNamespace(settings=Settings())))
+    now = SimpleNamespace(samplers={}, setup=SimpleNamespace(settings=Settings()))
+    asker.progress = SimpleNamespace(now=now, rejections=rejections)
     assert not nearness._bring_near(asker, "object", (), ())
     return asked, looked
 
@@ -244,7 +253,7 @@ def test_where_time_is_up_for_the_nearest_places_the_table_is_left(monkeypatch):
     monkeypatch.setattr(nearness, "on_table", lambda *args: table)
     monkeypatch.setattr(nearness, "_put", lambda asker, name, place, kept, grasps: asked.append(place) or True)
     state = SimpleNamespace(workspace=None, samplers={}, setup=SimpleNamespace(settings=Settings()))
-    asker = Asker(SimpleNamespace(now=state), seed=0, deadline=10.0, algorithm="adaptive")
+    asker = Asker(SimpleNamespace(now=state, rejections=[]), seed=0, deadline=10.0, algorithm="adaptive")
     assert nearness._bring_near(asker, "object", (), ())
     assert asked == [table[2]]
 
@@ -262,6 +271,13 @@ def test_a_face_on_which_the_arm_cannot_put_it_is_not_looked_at_for_ever(monkeyp
     on_one_face, on_another = [inside(0.01 * i) for i in range(9)], inside(0.2, roll=1.0)
     looked = looked_into(monkeypatch, [*on_one_face, on_another], [on_another])[1]
     assert looked == [*on_one_face[: nearness.VAIN], on_another]
+
+
+def test_what_the_checker_sends_back_is_not_put_beside_there_on_the_same(monkeypatch):
+    in_crate, elsewhere = [inside(0.01 * i) for i in range(3)], replace(inside(0.3), on=("shelf",))
+    places = [*in_crate, elsewhere]
+    asked, _ = looked_into(monkeypatch, places, places, refused=in_crate)
+    assert [place for place, _ in asked] == [in_crate[0], elsewhere]
 
 
 def test_where_others_shall_be_is_kept_free():
