@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import Any, Protocol
 
 import numpy as np
@@ -156,9 +156,13 @@ def _turns(planner: str, iterations: int) -> Iterator[tuple[str, int]]:
 def _shortened(
     checker: StateChecker, found: Array, seed: int, shortcuts: int, resolution: float, recheck: float
 ) -> Array | None:
-    """The path shortened, or as found where the shorter one fails the recheck, or None where both do."""
-    rng = np.random.default_rng(seed)
-    for path in (shortcut(found, checker, rng, attempts=shortcuts, resolution=resolution), found):
+    """The path shortened; where that fails the recheck, shortened as finely as that; else as found, or None."""
+
+    def shorter(spacing: float) -> Array:
+        return shortcut(found, checker, np.random.default_rng(seed), attempts=shortcuts, resolution=spacing)
+
+    finer = (recheck,) if recheck < resolution else ()
+    for path in chain(map(shorter, (resolution, *finer)), (found,)):
         if all(checker.edge_free(a, b, recheck) for a, b in pairwise(path)):
             return path
     return None

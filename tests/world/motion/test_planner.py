@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ import pytest
 from tamp.task import Box, Pose, load_robot
 from tamp.world.geometry.object_geometry import load_geometry
 from tamp.world.motion.paths import length
-from tamp.world.motion.planner import MotionCache, plan_motion, planner_names
+from tamp.world.motion.planner import MotionCache, _shortened, plan_motion, planner_names
 from tamp.world.robot.model import robot_model
 from tamp.world.scene import Scene
 from tamp.world.timing.time_parametrization import time_free_path
@@ -70,6 +71,18 @@ def test_the_same_seed_gives_the_same_path_within_one_process():
 
 def test_shortcuts_shorten():
     assert length(plan(Doorway()).path) < length(plan(Doorway(), shortcuts=0).path) + 1e-9
+
+
+def test_where_a_shortcut_grazes_something_other_shortcuts_are_taken():
+    class SeenClosely(Doorway):
+        def edge_free(self, q0, q1, resolution=0.05):
+            return resolution > 0.03 or super().edge_free(q0, q1, resolution)
+
+    corners = [(-1.0, 1.8), (-0.6, 1.9), (-1.0, 1.6), (-0.6, 1.8), (0.6, 1.7), (0.5, 1.9), (1.0, 1.6)]
+    found = np.array([LEFT, *((x, y, 0.0) for x, y in corners), RIGHT])
+    path = _shortened(SeenClosely(), found, 0, 20, 0.05, 0.02)
+    assert all(Doorway().edge_free(a, b, 0.02) for a, b in pairwise(path))
+    assert length(path) < 0.9 * length(found)
 
 
 @pytest.mark.parametrize(("which", "ends"), [("start", (np.zeros(3), RIGHT)), ("goal", (LEFT, np.zeros(3)))])
