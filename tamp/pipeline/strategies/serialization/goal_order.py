@@ -184,19 +184,6 @@ class Ordering:
         near = self._ledger.reach_near(list(self._left))
         return near or (bool(crowded) and make_room(self._asker, crowded, self._ledger.reached))
 
-    def _turn_over(self, name: str) -> bool:
-        """Turn an object over on the table, which is tried once, before two grasps are sought that do; whether it was.
-
-        What two hands do on the way to the goal takes longer to find: both must have room there, or at the start.
-        """
-        if name in self._turned or not self._prospects.turned(name):
-            return False
-        self._turned.add(name)
-        if not turn_over(self._asker, name, self._ledger.reached):
-            return False
-        self._prospects.forget(name)
-        return True
-
     def _all_together(self, iterations: int, staying: Collection[str] = ()) -> bool:
         """Plan for all goals together, while some objects stay where they are; whether that succeeded."""
         workspace = self._asker.workspace
@@ -256,9 +243,11 @@ class Ordering:
                 self._left[name] = against
                 brought = effort.others_move and self._early.bring(name, self._left, self._ledger.reached)
                 return self._ledger.reach_near([name]) or brought
-        if bar is None and self._turn_over(name):
-            workspace = self._asker.workspace
-        asked = asking_for(workspace, self._ledger.reached | {name})
+        if bar is None and name not in self._turned and prospects.turned(name):
+            self._turned.add(name)
+            if self._turned_over(name, effort):
+                return True
+        asked = asking_for(self._asker.workspace, self._ledger.reached | {name})
         turned = {name} if self._prospects.turned(name) and not self._asker.stays_unturned(name) else set[str]()
         if bar is None and self._stability.uncertain(name):
             if self._stability.brought_to_rest(name, turned, effort):
@@ -274,6 +263,21 @@ class Ordering:
         known = self._prospects.plans.get(name) if effort.guided else None
         solution = self._asker.ask(asked, effort.iterations, movable, regrasped=regrasped, about=name, known=known)
         return self._take(name, effort, solution, turned)
+
+    def _turned_over(self, name: str, effort: Effort) -> bool:
+        """Turn an object over by one grasp on the way to its goal, or else on the table; whether either was done.
+
+        Two grasps that do so on the way are sought last: hands must have room for both, there and at the start.
+        """
+        asked = asking_for(self._asker.workspace, self._ledger.reached | {name})
+        if not self._stability.uncertain(name):
+            solution = self._asker.ask(asked, EFFORTS[0].iterations, {name}, about=name)
+            if solution.plan is not None and self._take(name, effort, solution, ()):
+                return True
+        if not turn_over(self._asker, name, self._ledger.reached):
+            return False
+        self._prospects.forget(name)
+        return True
 
     def _take(self, name: str, effort: Effort, solution: Solution, turned: Collection[str]) -> bool:
         """Add the plan for a goal, or else one to where it comes to rest from there; whether it was reached.
