@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import islice
 
-from tamp.pipeline.strategies.serialization.goal_graph import asking_for
+from tamp.pipeline.strategies.serialization.goal_graph import asking_to
 from tamp.pipeline.strategies.serialization.subproblem import Asker
 from tamp.planning import Context
 from tamp.streams.affordances.neighbours import enclosed
@@ -102,10 +102,7 @@ def _gains(workspace: Workspace, name: str, waiting: Collection[str]) -> Iterato
 
 def _nudge(asker: Asker, gain: _Gain, kept: Collection[str]) -> bool:
     """Plan a nudge while all others stay; whether that succeeded."""
-    workspace = asker.workspace
-    stay = {other: workspace.start[other] for other in workspace.goals}
-    near = replace(workspace, goals={**stay, gain.name: gain.end})
-    asked, samplers = asking_for(near, {*kept, gain.name}), {"sample-grasp": _no_grasp}
+    asked, samplers = asking_to(asker.workspace, gain.name, gain.end, kept), {"sample-grasp": _no_grasp}
     solution = asker.ask(asked, ITERATIONS, {gain.name}, samplers, about=gain.name)
     return solution.plan is not None and asker.refused(solution.plan, gain.name) is None
 

@@ -109,6 +109,12 @@ def asking_for(workspace: Workspace, names: Collection[str]) -> Workspace:
     return replace(workspace, task=replace(workspace.task, objects=objects, goal=facts), all_goals=workspace.whole)
 
 
+def asking_to(workspace: Workspace, name: str, place: Placement, kept: Collection[str]) -> Workspace:
+    """The workspace in which an object is asked for at a place; all others stay, and those that are kept must."""
+    stay = {other: workspace.start[other] for other in workspace.goals}
+    return asking_for(replace(workspace, goals={**stay, name: place}), {*kept, name})
+
+
 def alone(workspace: Workspace, name: str) -> Workspace:
     """The workspace with one object, what it rests on at its start and its goal, and what it shall be put on or in.
 

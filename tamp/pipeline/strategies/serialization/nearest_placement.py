@@ -15,7 +15,7 @@ from tamp.pipeline.situation import raised
 from tamp.pipeline.strategies.serialization.candidate_placements import on_table, settled, straight_ahead, substitutes
 from tamp.pipeline.strategies.serialization.feasibility import turned_over
 from tamp.pipeline.strategies.serialization.goal_graph import (
-    asking_for,
+    asking_to,
     away,
     farthest_first,
     nearly_there,
@@ -366,14 +366,12 @@ def _put(
 
     `movable`: what may be moved besides; None for all others, which stay elsewhere then unless they are `kept`.
     """
-    workspace = asker.workspace
-    stay = {other: workspace.start[other] for other in workspace.goals}
-    near = replace(workspace, goals={**stay, name: place})
 
     def grasps(context: Context, obj: str) -> Iterator[Grasp]:
         yield from serving
 
     samplers = {"sample-grasp": grasps} if serving else {}
     moved = None if movable is None else {name, *movable}
-    solution = asker.ask(asking_for(near, {*kept, name}), iterations, moved, samplers, regrasped, about=name)
+    asked = asking_to(asker.workspace, name, place, kept)
+    solution = asker.ask(asked, iterations, moved, samplers, regrasped, about=name)
     return solution.plan is not None and asker.refused(solution.plan, name, near=True) is None

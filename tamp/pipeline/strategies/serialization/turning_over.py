@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.pipeline.strategies.serialization.feasibility import turned_over
-from tamp.pipeline.strategies.serialization.goal_graph import alone, asking_for
+from tamp.pipeline.strategies.serialization.goal_graph import alone, asking_to
 from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker
 from tamp.planning import Context
 from tamp.planning.context import generator_for
@@ -89,9 +89,7 @@ def _leads_on(asker: Asker, name: str, place: Placement) -> bool:
 
 def _put(asker: Asker, name: str, place: Placement, kept: Collection[str]) -> bool:
     """Put the object to a place while all others stay, by one grasp or else by two; whether it was."""
-    workspace = asker.workspace
-    stay = {other: workspace.start[other] for other in workspace.goals}
-    asked = asking_for(replace(workspace, goals={**stay, name: place}), {*kept, name})
+    asked = asking_to(asker.workspace, name, place, kept)
     for regrasped in (frozenset[str](), {name}):
         solution = asker.ask(asked, EFFORTS[0].iterations, {name}, regrasped=regrasped, about=name)
         if solution.plan is not None and asker.refused(solution.plan, name) is None:
