@@ -245,7 +245,7 @@ class Ordering:
                 return self._ledger.reach_near([name]) or brought
         if bar is None and name not in self._turned and prospects.turned(name):
             self._turned.add(name)
-            if self._turned_over(name, effort):
+            if self._turn_over(name, effort):
                 return True
         asked = asking_for(self._asker.workspace, self._ledger.reached | {name})
         turned = {name} if self._prospects.turned(name) and not self._asker.stays_unturned(name) else set[str]()
@@ -264,7 +264,7 @@ class Ordering:
         solution = self._asker.ask(asked, effort.iterations, movable, regrasped=regrasped, about=name, known=known)
         return self._take(name, effort, solution, turned)
 
-    def _turned_over(self, name: str, effort: Effort) -> bool:
+    def _turn_over(self, name: str, effort: Effort) -> bool:
         """Turn an object over by one grasp on the way to its goal, or else on the table; whether either was done.
 
         Two grasps that do so on the way are sought last: hands must have room for both, there and at the start.

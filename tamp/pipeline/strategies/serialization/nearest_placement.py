@@ -20,9 +20,8 @@ from tamp.pipeline.strategies.serialization.goal_graph import (
     farthest_first,
     nearly_there,
 )
-from tamp.pipeline.strategies.serialization.subproblem import Asker, Effort
+from tamp.pipeline.strategies.serialization.subproblem import Asker, Effort, while_others_stay
 from tamp.planning import Context
-from tamp.planning.context import generator_for
 from tamp.streams.affordances.falls import drops
 from tamp.streams.affordances.slide_path import slidable
 from tamp.streams.affordances.stable_poses import amid
@@ -122,11 +121,7 @@ class Grips:
 
 def _context(workspace: Workspace, stream: str, inputs: tuple[Any, ...], seed: int, deadline: float) -> Context:
     """One for a stream that is called for an object, the first of its inputs, while all others stay."""
-    keys = tuple(map(repr, inputs))
-    context = Context(workspace, lambda: generator_for(seed, stream, keys), deadline, seed=seed)
-    others = (other for other in workspace.start.items() if other[0] != inputs[0])
-    context.bound = tuple(("AtPose", name, place) for name, place in others)
-    return context
+    return while_others_stay(workspace, inputs[0], stream, tuple(map(repr, inputs)), seed, deadline)
 
 
 def _pinches(grasps: Sequence[Grasp]) -> Pinches:
@@ -292,7 +287,8 @@ def _put_near(asker: Asker, name: str, grips: Grips, kept: Collection[str], free
                 tries, before = tries - 1, len(rejections)
                 if _put(asker, name, place, kept, serving):
                     return True
-                refused |= {place.on} - {(TABLE,)} if len(rejections) > before else set()
+                if len(rejections) > before and place.on != (TABLE,):
+                    refused.add(place.on)
                 continue
             vain.append(place)
         if len(unseen) < UNSEEN and (place.on != (TABLE,) or layable(workspace, name, place)):

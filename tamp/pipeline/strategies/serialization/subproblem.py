@@ -15,7 +15,8 @@ from tamp.pipeline.options.tuning import Tuning
 from tamp.pipeline.situation import SAME_PLACE
 from tamp.pipeline.strategies.serialization.goal_graph import away
 from tamp.pipeline.strategies.serialization.partial_plan import Progress
-from tamp.planning import GroundAction, Problem, Report, Reuse, Solution, solve
+from tamp.planning import Context, GroundAction, Problem, Report, Reuse, Solution, solve
+from tamp.planning.context import generator_for
 from tamp.planning.strategies.all_at_once import AllAtOnce
 from tamp.planning.strategies.net_benefit import NetBenefit
 from tamp.planning.strategies.strategy import Strategy as PlannerStrategy
@@ -152,6 +153,15 @@ class Asker:
         refused = self.progress.take(actions, self.seed, near=near)
         self.refusals[about] += refused is not None
         return refused
+
+
+def while_others_stay(
+    workspace: Workspace, name: str, stream: str, keys: tuple[str, ...], seed: int, deadline: float
+) -> Context:
+    """What a sampler is told that is asked about an object while all others stay; stream and keys part its draws."""
+    context = Context(workspace, lambda: generator_for(seed, stream, keys), deadline, seed=seed)
+    context.bound = tuple(("AtPose", other, place) for other, place in workspace.start.items() if other != name)
+    return context
 
 
 def softened(problem: Problem, workspace: Workspace) -> Problem:

@@ -14,13 +14,10 @@ import numpy as np
 
 from tamp.pipeline.strategies.serialization.feasibility import turned_over
 from tamp.pipeline.strategies.serialization.goal_graph import alone, asking_to
-from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker
-from tamp.planning import Context
-from tamp.planning.context import generator_for
+from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker, while_others_stay
 from tamp.streams.affordances.stable_poses import resting, turned
 from tamp.streams.placing.sampler import put_aside
 from tamp.streams.values import Placement
-from tamp.streams.workspace import Workspace
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -61,23 +58,11 @@ def _places(asker: Asker, name: str) -> Iterator[Placement]:
     for R in sorted(faces, key=lambda R: -float(R[2] @ goal[2]))[:FACES]:
         M = R @ goal.T
         headed = turned(R, float(np.arctan2(M[0, 1] - M[1, 0], M[0, 0] + M[1, 1])))  # as near to the goal as it comes
-        place = put_aside(_context(asker, workspace, name, headed), name, headed)
+        keys, seed = (name, repr(headed.round(6).tolist())), asker.drawn_seed(name)
+        context = while_others_stay(workspace, name, "turn-over", keys, seed, asker.deadline)
+        place = put_aside(context, name, headed)
         if place is not None:
             yield place
-
-
-def _context(asker: Asker, workspace: Workspace, name: str, R: Array) -> Context:
-    """One for drawing a place while all others stay."""
-    keys = (name, repr(R.round(6).tolist()))
-    context = Context(
-        workspace,
-        lambda: generator_for(asker.drawn_seed(name), "turn-over", keys),
-        asker.deadline,
-        seed=asker.drawn_seed(name),
-    )
-    others = (pair for pair in workspace.start.items() if pair[0] != name)
-    context.bound = tuple(("AtPose", other, place) for other, place in others)
-    return context
 
 
 def _leads_on(asker: Asker, name: str, place: Placement) -> bool:
