@@ -26,7 +26,8 @@ def parting(
 
     Args:
         a: the corners of the first, shape (n, 3) [m].
-        edges_a: pairs of those, shape (m, 2); such as lie within a face do no harm.
+        edges_a: pairs of those, and what lies beside them, two more or the same again, shape (m, 4); such as lie within
+            a face do no harm.
         planes_a: outward unit normals, shape (k, 3), and offsets, shape (k,), of its faces.
         b: of the other, likewise.
         edges_b: of the other.
@@ -44,23 +45,26 @@ def parting(
         far = _least(a, planes_b[0][face]) - planes_b[1][face]
         if far > best:
             best, normal = far, planes_b[0][face].copy()
-    for one in edges_a:
-        u = a[one[1]] - a[one[0]]
-        for other in edges_b:
-            v = b[other[1]] - b[other[0]]
+    along_a, along_b = _along(a, edges_a), _along(b, edges_b)
+    for k in range(len(edges_a)):
+        for other in range(len(edges_b)):
+            if _between(along_a[k], along_b[other]) or _between(along_b[other], along_a[k]):
+                continue
+            u, v = along_a[k, 0], along_b[other, 0]
             for i in range(3):
                 way[i] = u[i - 2] * v[i - 1] - u[i - 1] * v[i - 2]
             length = np.sqrt(way[0] ** 2 + way[1] ** 2 + way[2] ** 2)
-            if length <= PARALLEL * np.sqrt((u[0] ** 2 + u[1] ** 2 + u[2] ** 2) * (v[0] ** 2 + v[1] ** 2 + v[2] ** 2)):
+            if length <= PARALLEL:
                 continue
             for i in range(3):
                 way[i] /= length
-            side = _side(a, a[one[0]], way)
-            if side == 0.0 or _side(b, b[other[0]], way) != -side:
+            on_a, on_b = a[edges_a[k, 0]], b[edges_b[other, 0]]
+            side = _side(a, on_a, way)
+            if side == 0.0 or _side(b, on_b, way) != -side:
                 continue
             far = 0.0
             for i in range(3):
-                far += side * way[i] * (a[one[0], i] - b[other[0], i])
+                far += side * way[i] * (on_a[i] - on_b[i])
             if far > best:
                 best, normal = far, side * way
     return best, normal
@@ -79,6 +83,38 @@ def _least(corners: Array, normal: Array) -> float:
     for corner in corners:
         least = min(least, corner[0] * normal[0] + corner[1] * normal[1] + corner[2] * normal[2])
     return least
+
+
+@compiled
+def _along(corners: Array, edges: Indices) -> Array:
+    """Of each edge its direction d, and for each corner c beside it c x d, with c from the edge; shape (m, 3, 3)."""
+    found, beside = np.empty((len(edges), 3, 3)), np.empty(3)
+    for k in range(len(edges)):
+        length = 0.0
+        for i in range(3):
+            found[k, 0, i] = corners[edges[k, 1], i] - corners[edges[k, 0], i]
+            length += found[k, 0, i] ** 2
+        for i in range(3):
+            found[k, 0, i] /= np.sqrt(length)
+        for j in range(2):
+            for i in range(3):
+                beside[i] = corners[edges[k, 2 + j], i] - corners[edges[k, 0], i]
+            for i in range(3):
+                found[k, 1 + j, i] = beside[i - 2] * found[k, 0, i - 1] - beside[i - 1] * found[k, 0, i - 2]
+    return found
+
+
+@compiled
+def _between(edge: Array, other: Array) -> bool:
+    """Whether the plane along two edges has what lies beside the first on both of its sides, as `_along` has them.
+
+    Of most pairs it has, and no more corners need be looked at: (d x v) c = (c x d) v.
+    """
+    first, second = 0.0, 0.0
+    for i in range(3):
+        first += edge[1, i] * other[0, i]
+        second += edge[2, i] * other[0, i]
+    return (first < -LEVEL and second > LEVEL) or (first > LEVEL and second < -LEVEL)
 
 
 @compiled

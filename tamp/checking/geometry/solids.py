@@ -225,10 +225,21 @@ class Piece:
 
     @cached_property
     def edges(self) -> NDArray[np.int64]:
-        """The corners at both ends of each edge, shape (m, 2); such as lie within a flat face are among them."""
-        faces = self.part.faces
-        ends = np.concatenate([faces[:, :2], faces[:, 1:], faces[:, ::2]])
-        return np.unique(np.sort(ends.astype(np.int64), axis=1), axis=0)
+        """The corners at both ends of each edge, and of the two triangles beside it the third ones, shape (m, 4).
+
+        Such as lie within a flat face are among them. Where two triangles are not what lies beside an edge, its first
+        end stands for the third corners.
+        """
+        turns = [self.part.faces[:, [i, i - 2, i - 1]] for i in range(3)]
+        sides = np.concatenate(turns).astype(np.int64)
+        ends, first, edge, count = np.unique(
+            np.sort(sides[:, :2], axis=1), axis=0, return_index=True, return_inverse=True, return_counts=True
+        )
+        edge = edge.reshape(-1)
+        third = np.bincount(edge, weights=sides[:, 2]).astype(np.int64)  # the sum of the third corners
+        beside = np.column_stack([sides[first, 2], third - sides[first, 2]])
+        beside[count != 2] = ends[count != 2, :1]
+        return np.column_stack([ends, beside])
 
     @cached_property
     def planes(self) -> tuple[Array, Array]:
