@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import shutil
 import stat
+import unicodedata
 import zipfile
 import zlib
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
@@ -29,6 +31,9 @@ UNREADABLE = (
     zipfile.BadZipFile, zipfile.LargeZipFile, zlib.error, NotImplementedError, EOFError, ValueError, RuntimeError,
 )  # fmt: skip
 """What Python raises where a zip is damaged, or made by another program's rules."""
+
+SAID_TO_BE_UTF_8 = 1 << 11
+"""The flag of a zip's entry by which its name is (APPNOTE 4.4.4)."""
 
 ENTRY_BYTES = 2048
 """What an entry may take in a zip's directory, its name and extra fields included."""
@@ -76,11 +81,11 @@ def unpack(source: Path, folder: Path, limits: Uploads | None = None, called: st
     folder.mkdir(parents=True, exist_ok=True)
     if source.is_dir():
         _copy(source, folder, limits)
-    elif source.suffix == ".py" and source.is_file():
+    elif source.suffix.lower() == ".py" and source.is_file():
         if source.stat().st_size > limits.size_kb << 10:
             raise PackageError(f"{name}: larger than {limits.size_kb} KiB")
         shutil.copyfile(source, folder / f"{ENTRY}.py")
-    elif source.suffix in (".zip", ".whl") and source.is_file():
+    elif source.suffix.lower() in (".zip", ".whl") and source.is_file():
         _unzip(source, folder, limits, name)
     else:
         raise PackageError(f"{called or source}: expected a .py file, a folder, a .zip or a .whl that exists")
@@ -89,21 +94,43 @@ def unpack(source: Path, folder: Path, limits: Uploads | None = None, called: st
 
 def _entry(name: str, folder: Path) -> str:
     """The module with the solution: `solution`, or the only one."""
-    modules = sorted(
-        visible(path.stem)
-        for path in folder.iterdir()
-        if (path.suffix == ".py" and path.stem.isidentifier()) or (path / "__init__.py").is_file()
-    )
+    modules = _modules(folder)
     if ENTRY in modules:
         return ENTRY
     if len(modules) == 1:
         return modules[0]
-    found = f"has {', '.join(modules[:10])}" if modules else "has none at its top"
-    deeper = sorted(folder.glob("*/*.py"), key=lambda path: (path.stem != ENTRY, path))
-    if deeper and not modules:
-        file, place = (visible(part) for part in (deeper[0].name, deeper[0].parent.name))
-        found += f", but {file} in its folder {place!r}: pack what is in that folder, not the folder itself"
+    found = f"has {', '.join(map(visible, modules[:10]))}" if modules else f"has none at its top{_elsewhere(folder)}"
+    if "__init__" in modules:
+        found += f"; pack the folder that __init__.py is in, called {ENTRY}, not only what is in that folder"
     raise PackageError(f"{name}: expected a module {ENTRY}.py, a package {ENTRY}/, or one module only; it {found}")
+
+
+def _modules(folder: Path) -> list[str]:
+    """What can be imported from a folder, sorted."""
+    files = (path.stem for path in _sources(folder) if path.is_file() and path.stem.isidentifier())
+    return sorted([*files, *(path.name for path in _sources(folder) if path.is_dir() and "." not in path.name)])
+
+
+def _sources(folder: Path) -> list[Path]:
+    """Python's files in a folder, and packages."""
+    return [path for path in folder.iterdir() if path.suffix == ".py" or (path / "__init__.py").is_file()]
+
+
+def _elsewhere(folder: Path) -> str:
+    """Of a folder that has no module: which file of it is called wrongly, or where below there is one."""
+    misnamed = min(_sources(folder), default=None)
+    if misnamed is not None:
+        ending = ".py" if misnamed.is_file() else "/"
+        return f", but {visible(misnamed.name)}, a name that cannot be imported: call it {ENTRY}{ending}"
+    below = [(path, _modules(path)) for path in folder.rglob("*") if path.is_dir()]
+    found = [(ENTRY not in modules, len(path.parts), path, modules) for path, modules in below if modules]
+    if not found:
+        return ""
+    other, _, path, modules = min(found)
+    module = modules[0] if other else ENTRY
+    file = f"{module}.py" if (path / f"{module}.py").is_file() else f"the package {module}/"
+    place = visible(path.relative_to(folder).as_posix())
+    return f", but {visible(file)} in its folder {place!r}: pack what is in that folder, not the folder itself"
 
 
 def _copy(source: Path, folder: Path, limits: Uploads) -> None:
@@ -127,12 +154,9 @@ def _unzip(source: Path, folder: Path, limits: Uploads, name: str) -> None:
         if _directory_size(source, name) > limits.files * ENTRY_BYTES:
             raise PackageError(f"{name}: holds more than {limits.files} files and folders")
         with zipfile.ZipFile(source) as archive:
-            entries = archive.infolist()
-            targets = _checked(name, entries, limits, source.stat().st_size)
             total = 0
-            for entry, target in zip(entries, targets, strict=True):
-                if not entry.is_dir():
-                    total = _write(archive, entry, folder / target, total, limits, name)
+            for target, entry in _checked(name, archive.infolist(), limits, source.stat().st_size).items():
+                total = _write(archive, entry, folder / target, total, limits, name)
     except UNREADABLE as error:
         raise PackageError(f"{name}: is no zip that can be read: {error}") from None
     except (FileExistsError, NotADirectoryError, IsADirectoryError):
@@ -158,18 +182,21 @@ def _directory_size(source: Path, name: str) -> int:
     return int.from_bytes(tail[at + 12 : at + 16], "little")
 
 
-def _checked(name: str, entries: Sequence[zipfile.ZipInfo], limits: Uploads, size: int) -> list[PurePosixPath]:
-    """Where each entry of a zip of a size [bytes] goes; nothing has been written yet. Folders count as files do."""
+def _checked(
+    name: str, entries: Sequence[zipfile.ZipInfo], limits: Uploads, size: int
+) -> dict[PurePosixPath, zipfile.ZipInfo]:
+    """Where each file of a zip of a size [bytes] goes; nothing has been written yet. Folders count as files do."""
     _within(name, sum(entry.file_size for entry in entries), len(entries), limits)
     seen: dict[str, str] = {}
     folders: set[PurePosixPath] = set()
-    targets = []
+    files = {}
     for entry in entries:
-        path, mode = PurePosixPath(entry.filename), entry.external_attr >> 16
+        called, mode = _name_of(entry), entry.external_attr >> 16
+        path = PurePosixPath(called)
         wrong = ""
-        if not path.parts or path.is_absolute() or ".." in path.parts or "\\" in entry.orig_filename:
+        if not path.parts or path.is_absolute() or ".." in path.parts:
             wrong = "leads out of the package"
-        elif "\0" in entry.orig_filename or ":" in entry.filename or len(entry.filename) > LONGEST:
+        elif "\0" in entry.orig_filename or ":" in called or len(called) > LONGEST:
             wrong = f"has a name that is longer than {LONGEST} characters, or holds a colon or a zero"
         elif max(len(part.encode()) for part in path.parts) > LONGEST_PART:
             wrong = f"has a name of more than {LONGEST_PART} bytes"
@@ -186,11 +213,23 @@ def _checked(name: str, entries: Sequence[zipfile.ZipInfo], limits: Uploads, siz
         if wrong:
             raise PackageError(f"{name}: {entry.filename[:LONGEST]!r} {wrong}; nothing was unpacked")
         seen[str(path).casefold()] = str(path)
-        targets.append(path)
-        if not entry.is_dir():
+        if not called.endswith("/"):
+            files[path] = entry
             folders.update(list(path.parents)[:-1])  # the last one is the package's own
-            _within(name, 0, len(targets) + len(folders), limits)
-    return targets
+            _within(name, 0, len(seen) + len(folders), limits)
+    return files
+
+
+def _name_of(entry: zipfile.ZipInfo) -> str:
+    """What an entry is called by who packed it, with slashes, and in the composed form in which code is typed.
+
+    Old programs of Windows write backslashes. macOS does not say that it writes UTF-8, and parts letters from accents.
+    """
+    name = entry.filename
+    if not entry.flag_bits & SAID_TO_BE_UTF_8:
+        with suppress(UnicodeError):
+            name = name.encode("cp437").decode("utf-8")  # as Python's zipfile read it; hardly any other text is UTF-8
+    return unicodedata.normalize("NFC", name.replace("\\", "/"))
 
 
 def _write(

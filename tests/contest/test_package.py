@@ -68,6 +68,34 @@ def test_who_packed_the_folder_itself_is_told_so(tmp_path: Path, file: str) -> N
         unpack(source, tmp_path / "out")
 
 
+@pytest.mark.parametrize(
+    ("files", "said"),
+    [
+        (("mine/solution/__init__.py", "mine/tests/__init__.py"), "but the package solution/ in its folder 'mine'"),
+        (("mine-main/README.md", "mine-main/src/solution.py"), "but solution.py in its folder 'mine-main/src'"),
+        (("a/b.py", "a/c/solution.py"), "but solution.py in its folder 'a/c'"),
+        (("my-solution.py",), "but my-solution.py, a name that cannot be imported: call it solution.py"),
+        (("mine.v2/__init__.py",), "but mine.v2, a name that cannot be imported: call it solution/"),
+        (("__init__.py", "core.py"), "it has __init__, core; pack the folder that __init__.py is in, called solution"),
+        (("solution.ipynb",), "it has none at its top$"),
+    ],
+)
+def test_where_the_solution_is_instead_is_told(tmp_path: Path, files: tuple[str, ...], said: str) -> None:
+    source = _zip(tmp_path / "mine.zip", dict.fromkeys(files, CODE))
+    with pytest.raises(PackageError, match=said):
+        unpack(source, tmp_path / "out")
+
+
+def test_zips_of_other_systems_are_unpacked_as_they_were_packed(tmp_path: Path) -> None:
+    """Backslashes, folders by them; UTF-8 that is not said to be, in decomposed form; endings in capitals."""
+    names = ("mine\\", "mine\\__init__.py", "mine\\de___ja.txt")
+    source = _zip(tmp_path / "MINE.ZIP", dict.fromkeys(names, CODE))
+    source.write_bytes(source.read_bytes().replace(b"de___ja.txt", "de\u0301 ja.txt".encode()))
+    package = unpack(source, tmp_path / "out")
+    assert package.module == "mine"
+    assert sorted(path.name for path in (tmp_path / "out" / "mine").iterdir()) == ["__init__.py", "d\u00e9 ja.txt"]
+
+
 def test_a_name_longer_than_file_systems_take_is_refused(tmp_path: Path) -> None:
     with zipfile.ZipFile(tmp_path / "a.zip", "w") as archive:
         archive.writestr("solution.py", CODE)
