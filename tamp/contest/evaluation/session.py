@@ -42,25 +42,22 @@ def serve(
         process: the solution's.
         objects: of the goal, as `tamp.contest.api.schema.OBJECT` describes them.
     """
-    began = False
-    try:
-        while True:
-            call = check(channel.receive(max(0.01, process.time_left)), CALLS)
-            if call.kind in LAST:
-                return _last_word(process, call)
-            if began == (call.kind == "hello"):
-                raise ProtocolError("hello comes first, and once")
-            began = True
+
+    def answer(call: Message) -> None:
+        try:
             with process.waiting_for_us():
                 kind, fields, arrays = _answered(workcell, call, objects)
-                answer = check(Message(kind, call.number, {"time_left": workcell.time_left, **fields}, arrays), ANSWERS)
-            channel.send(answer, max(0.01, process.time_left))
+                said = check(Message(kind, call.number, {"time_left": workcell.time_left, **fields}, arrays), ANSWERS)
+        except TimeOver:
+            _tell_over(channel, call.number, "the time of the task is over")
+            raise
+        channel.send(said, max(0.01, process.time_left))
+
+    try:
+        return _heard(channel, process, answer, "run() returned")
     except TimeOver:
-        _tell_over(channel, call.number, "the time of the task is over")
         process.wait(LEAVE_S)
         return Ending("time", f"{workcell.time:g} s of simulated time are used up")
-    except BROKEN as error:
-        return _broken(process, error, began, "run() returned")
 
 
 def serve_loading(channel: Channel, process: SandboxedProcess) -> Ending:
@@ -70,22 +67,29 @@ def serve_loading(channel: Channel, process: SandboxedProcess) -> Ending:
         channel: to the solution.
         process: the solution's.
     """
+
+    def refuse(call: Message) -> None:
+        if call.kind != "hello":
+            raise ProtocolError("nothing is asked before run()")
+
+    return _heard(channel, process, refuse, "Solution() was made")
+
+
+def _heard(channel: Channel, process: SandboxedProcess, answer: Callable[[Message], None], before: str) -> Ending:
+    """Hear a solution's calls, of which hello is the first, until its last word or until it is not understood."""
     began = False
     try:
         while True:
             call = check(channel.receive(max(0.01, process.time_left)), CALLS)
             if call.kind in LAST:
-                return _last_word(process, call)
-            if began or call.kind != "hello":
-                raise ProtocolError("hello comes first, and nothing is asked before run()")
+                process.wait(LEAVE_S)
+                return Ending("finished") if call.kind == "finished" else Ending("raised", call.fields["error"])
+            if began == (call.kind == "hello"):
+                raise ProtocolError("hello comes first, and once")
             began = True
+            answer(call)
     except BROKEN as error:
-        return _broken(process, error, began, "Solution() was made")
-
-
-def _last_word(process: SandboxedProcess, call: Message) -> Ending:
-    process.wait(LEAVE_S)
-    return Ending("finished") if call.kind == "finished" else Ending("raised", call.fields["error"])
+        return _broken(process, error, began, before)
 
 
 def _broken(process: SandboxedProcess, error: Exception, began: bool, before: str) -> Ending:
