@@ -38,7 +38,8 @@ def objection(source: Path) -> str:
         ended = subprocess.run(command, capture_output=True, check=False, timeout=20 * PROCESSOR_S)
     except subprocess.TimeoutExpired:
         return ""
-    return ended.stdout.decode(errors="replace").strip() if ended.returncode == 0 else ""
+    said = ended.stdout.decode(errors="replace").strip() if ended.returncode == 0 else ""
+    return said + "; import it there from where it is" * (said == LACKING and source.name == "__init__.py")
 
 
 def lacking(code: bytes) -> str:

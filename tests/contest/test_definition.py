@@ -78,3 +78,5 @@ def test_samples_and_hostile_solutions_are_let_through_to_their_runs() -> None:
 def test_nothing_of_it_is_run(tmp_path: Path) -> None:
     (tmp_path / "a.py").write_text(f"import pathlib\npathlib.Path({str(tmp_path / 'ran')!r}).touch()\nprint('x')")
     assert objection(tmp_path / "a.py") == LACKING and not (tmp_path / "ran").exists()
+    (tmp_path / "a.py").rename(tmp_path / "__init__.py")
+    assert objection(tmp_path / "__init__.py") == f"{LACKING}; import it there from where it is"

@@ -160,8 +160,10 @@ class Solution:
         assert os.path.realpath("/dev/shm") == "/tmp"  # it counts as its other files do
         open("/dev/stdout", "w").write(getpass.getuser())
         code = "import numpy, other; print(numpy.__file__)"
-        found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-        assert found.stdout.startswith("/site/"), found
+        for options in ([], subprocess._args_from_interpreter_flags()):  # as joblib's processes have them
+            command = [sys.executable, *options, "-c", code]
+            found = subprocess.run(command, capture_output=True, text=True, check=True)
+            assert found.stdout.startswith("/site/"), found
         assert not hasattr(socket.socket, "sendmsg")
         assert "forkserver" not in multiprocessing.get_all_start_methods()
 """
@@ -263,6 +265,13 @@ def test_a_library_that_is_not_there_is_told_with_what_there_is_and_how_to_bring
     solution.write_text("from .picks import pick\n")
     ending, _ = run_in(sandbox, solution, tmp_path / "beside")
     assert "; a module beside solution.py is imported by its name alone: 'import helpers'" in ending.message
+    (folder / "solution" / "__init__.py").write_text("")
+    ending, _ = run_in(sandbox, folder, tmp_path / "empty")
+    assert ending.message.endswith("draw_action(self, observation); import it in the package's __init__.py")
+    (folder / "solution" / "__init__.py").write_text("open('weights.bin')\n")
+    (folder / "weights.bin").write_text("")
+    ending, _ = run_in(sandbox, folder, tmp_path / "file")
+    assert ending.message.endswith("a package's files are beside its module: Path(__file__).parent / 'weights.bin'")
 
 
 @pytest.mark.parametrize(
@@ -283,7 +292,7 @@ def test_what_cannot_be_loaded_says_so_without_a_task(code: str, said: str, sand
     if sandbox.name != "namespaces" and not Namespaces().missing():
         pytest.skip("the same in every sandbox, and tried in another")
     (tmp_path / "solution.py").write_text(code)
-    assert cannot_load(Package(tmp_path, "solution"), Rules(limits=QUICK), sandbox) == said
+    assert cannot_load(Package(tmp_path, "solution"), Rules(limits=QUICK), sandbox)[0] == said
 
 
 def test_a_sandbox_that_does_not_begin_is_no_fault_of_the_solution(tmp_path: Path) -> None:
@@ -292,7 +301,7 @@ def test_a_sandbox_that_does_not_begin_is_no_fault_of_the_solution(tmp_path: Pat
             return ["/bin/sh", "-c", "echo no namespaces; exit 1"]
 
     (tmp_path / "solution.py").write_text("raise RuntimeError\n")
-    assert cannot_load(Package(tmp_path, "solution"), Rules(limits=QUICK), Broken()) == ""
+    assert cannot_load(Package(tmp_path, "solution"), Rules(limits=QUICK), Broken()) == ("", b"")
 
 
 def test_what_was_printed_before_a_run_is_stopped_is_read_in_its_order(sandbox: Sandbox, tmp_path: Path) -> None:

@@ -87,6 +87,17 @@ def test_a_solution_moves_the_arm_and_is_scored(folder: Path, capsys: pytest.Cap
     assert (folder / "out" / "results.json").read_bytes() == before
 
 
+def test_what_cannot_be_loaded_is_refused_once(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It was imported, and failed, once a run."""
+    (folder / "broken.py").write_text("print('here')\nopen('no_such')\n")
+    arguments = ["contest", "run", str(folder / "broken.py"), "--tasks", str(folder / "tiny.yaml"), "-v"]
+    assert main([*arguments, *([] if _isolates() else ["--no-isolation"]), "-o", str(folder / "out")]) == 2
+    told = capsys.readouterr()
+    assert told.err.count("here") == 1 and 'broken.py", line' not in told.out
+    assert "broken.py cannot be loaded, and was not run: FileNotFoundError: [Errno 2] No such file" in told.err
+    assert not (folder / "out" / "results.json").exists()
+
+
 class _KilledError(Exception):
     """Comes in place of the end of the process."""
 

@@ -115,16 +115,17 @@ def load(folder: Path, module: str) -> Any:
     agent = found or getattr(loaded, "MyAgent", None)
     if isinstance(agent, type) and callable(getattr(agent, "draw_action", None)):
         return Agent2024.of(agent)
+    place = "; import it in the package's __init__.py" if hasattr(loaded, "__path__") else ""
     raise TypeError(
         f"the module {module!r} has no class Solution with run(self, goal, robot), nor MyAgent with "
-        "draw_action(self, observation)"
+        f"draw_action(self, observation){place}"
     )
 
 
 def _said(error: BaseException, folder: Path, libraries: Sequence[str]) -> str:
     """An exception in a line, whatever its own words do; of a library that is not there, what there is."""
     try:
-        hint = _missing(error, folder, libraries) or walls.met(error)
+        hint = _missing(error, folder, libraries) or _beside(error, folder) or walls.met(error)
         words = ": ".join(filter(None, (type(error).__name__, str(error))))[:1000] + hint
         return words[:1900].encode("utf-8", "replace").decode()
     except BaseException:  # its words may be anything, an exit too
@@ -146,6 +147,16 @@ def _missing(error: BaseException, folder: Path, libraries: Sequence[str]) -> st
         f"; a solution may import Python's own library, {', '.join(('numpy', *libraries))} and what its package brings"
         ": put the library into the .zip, beside the solution, or have it offered by 'libraries' in contest.yaml "
         "(--library NAME of tamp contest run)"
+    )
+
+
+def _beside(error: BaseException, folder: Path) -> str:
+    """Where a file is that a solution looked for in the working folder, though its package has it; else nothing."""
+    name = error.filename if isinstance(error, FileNotFoundError) else None
+    if type(name) is not str or not (folder / name).exists() or Path(name).is_absolute():
+        return ""
+    return (
+        f"; the working folder is /tmp, and a package's files are beside its module: Path(__file__).parent / {name!r}"
     )
 
 

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from tamp.contest.evaluation.standings import counting, improvement, standings
-from tamp.contest.evaluation.trial import NotBegunError, Trial, run_trial
-from tamp.contest.package import unpack
+from tamp.contest.evaluation.trial import NotBegunError, Trial, cannot_load, run_trial
+from tamp.contest.package import Package, unpack
 from tamp.contest.rules import Rules
 from tamp.contest.sandbox.isolation import Sandbox, visible
 from tamp.errors import TampError
@@ -57,7 +57,8 @@ def evaluate(
         known: results of runs that were done before, which are not repeated.
 
     Raises:
-        TampError: where solution, tasks or rules cannot be used; what the solution does raises nothing.
+        TampError: where solution, tasks or rules cannot be used, or the solution cannot be made; what it does when it
+            is run raises nothing.
     """
     names = [task.name for task in tasks]
     twice = next((name for name in names if names.count(name) > 1), None)
@@ -68,6 +69,8 @@ def evaluate(
     with tempfile.TemporaryDirectory(prefix="tamp-solution-") as folder:
         package = unpack(solution, Path(folder) / "solution", rules.uploads)
         before = {(result.task, result.simulator, result.seed): result for result in known}
+        if not before.keys() >= {(task.name, simulator, run) for task, simulator, run in combinations(tasks, rules)}:
+            _require_loadable(solution.name, package, rules, sandbox)
         results = []
         for task, simulator, run in combinations(tasks, rules):
             if (task.name, simulator, run) in before:
@@ -79,6 +82,14 @@ def evaluate(
             if seen is not None:
                 seen(trial)
     return tuple(results)
+
+
+def _require_loadable(name: str, package: Package, rules: Rules, sandbox: Sandbox) -> None:
+    wrong, log = cannot_load(package, rules, sandbox)
+    if wrong:
+        for line in log.decode("utf-8", errors="replace").splitlines():
+            LOG.info("%s", visible(line))
+        raise TampError(f"{name} cannot be loaded, and was not run: {wrong} (-v shows what it printed)")
 
 
 def require_doable(task: Task, rules: Rules, sandbox: Sandbox) -> None:

@@ -20,7 +20,7 @@ from tamp.contest.package import Package
 from tamp.contest.rules import Rules
 from tamp.contest.sandbox.isolation import Ending, Sandbox, visible
 from tamp.contest.sandbox.process import SandboxedProcess
-from tamp.contest.sandbox.runtime import MODELS, SOLUTION, START, interpreter, make_room, search_path
+from tamp.contest.sandbox.runtime import MODELS, SOLUTION, make_room, start
 from tamp.contest.sandbox.seccomp import call_filter
 from tamp.errors import PartError, TampError
 from tamp.execution.log import Frame
@@ -136,8 +136,8 @@ def run_solution(
     return process.stopped or ending, process.output
 
 
-def cannot_load(package: Package, rules: Rules, sandbox: Sandbox) -> str:
-    """Why a solution cannot be made, in a line; empty where it can, or where the sandbox did not begin.
+def cannot_load(package: Package, rules: Rules, sandbox: Sandbox) -> tuple[str, bytes]:
+    """Why a solution cannot be made, in a line, and what it printed; empty where it can, or the sandbox did not begin.
 
     It is made in a sandbox where there is nothing of any task, nor anybody who answers, and not run.
     """
@@ -150,7 +150,7 @@ def cannot_load(package: Package, rules: Rules, sandbox: Sandbox) -> str:
         theirs.close()
         ending = serve_loading(Channel(ours, FROM_SOLUTION), process)
     ending = process.stopped or ending
-    return "" if ending.reason in ("finished", "start") else ending.message
+    return ("", b"") if ending.reason in ("finished", "start") else (ending.message, process.output)
 
 
 def _started(
@@ -168,8 +168,7 @@ def _started(
         "limits": rules.limits.rlimits(isolated=sandbox.isolates),
         "filter": call_filter() if sandbox.isolates else [],
     }
-    command = [interpreter(), "-I", "-S", "-c", START, json.dumps(search_path(sandbox)), json.dumps(arguments)]
-    return SandboxedProcess(sandbox, room, command, rules.limits, speaks.fileno())
+    return SandboxedProcess(sandbox, room, start(sandbox, json.dumps(arguments)), rules.limits, speaks.fileno())
 
 
 def _setup(rules: Rules) -> Path:

@@ -6,7 +6,7 @@ import shutil
 import subprocess
 from collections.abc import Sequence
 
-from tamp.contest.sandbox.isolation import DEVICES, ENVIRONMENT, Room
+from tamp.contest.sandbox.isolation import DEVICES, Room
 
 
 class Bubblewrap:
@@ -44,5 +44,4 @@ class Bubblewrap:
 
     def _walls(self) -> list[str]:
         spaces = ["--unshare-all", "--unshare-user", "--disable-userns"]
-        told = [word for name, value in ENVIRONMENT.items() for word in ("--setenv", name, value)]
-        return [*spaces, "--die-with-parent", "--new-session", "--clearenv", *told, "--cap-drop", "ALL"]
+        return [*spaces, "--die-with-parent", "--new-session", "--cap-drop", "ALL"]

@@ -17,7 +17,7 @@ MOST_PENDING = 1024
 """Timers and signals that wait; the kernel counts them for the server's user, who has none left when all are used."""
 
 DEVICES = ("null", "zero", "full", "random", "urandom")
-"""What there is of /dev inside; programs of their own in this folder repeat it."""
+"""What there is of /dev inside."""
 
 Reason = Literal[
     "finished", "raised", "died", "time", "processor", "idle", "wall", "memory", "processes", "output", "protocol",
@@ -34,7 +34,7 @@ Reason = Literal[
 ENVIRONMENT: Mapping[str, str] = MappingProxyType(
     {"PATH": "/usr/bin:/bin", "HOME": "/tmp", "USER": "solution", "LANG": "C.UTF-8"}
 )
-"""The environment of a solution; programs of their own in this folder repeat it."""
+"""The environment of a solution."""
 
 
 def visible(text: str) -> str:

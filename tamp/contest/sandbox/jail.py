@@ -23,8 +23,6 @@ MOUNT_SETATTR, PIVOT_ROOT, CAPSET = 442, 155, 126
 """Numbers of system calls on x86-64; `run` corrects them for arm64."""
 
 LIBC = ctypes.CDLL(None, use_errno=True)
-DEVICES = ("null", "zero", "full", "random", "urandom")
-ENVIRONMENT = {"PATH": "/usr/bin:/bin", "HOME": "/tmp", "USER": "solution", "LANG": "C.UTF-8"}
 
 
 class MountAttributes(ctypes.Structure):
@@ -69,7 +67,7 @@ def build(order: dict[str, object], mount_setattr: int, pivot_root: int) -> None
     _mount("none", "/", "", MS_REC | MS_PRIVATE)
     # The sources are held open beforehand: one of them may lie under the new root's mount point.
     held = [(os.open(source, os.O_PATH), target) for source, target in order["mounts"]]  # type: ignore[attr-defined]
-    devices = [(os.open(f"/dev/{name}", os.O_PATH), f"/dev/{name}") for name in DEVICES]
+    devices = [(os.open(f"/dev/{name}", os.O_PATH), f"/dev/{name}") for name in order["devices"]]  # type: ignore[attr-defined]
     _mount("tmpfs", root, "tmpfs", MS_NOSUID | MS_NODEV, "size=1m,mode=755")
     # Before what is shown: the interpreter itself may lie under /tmp.
     Path(root, "tmp").mkdir()
@@ -140,7 +138,7 @@ def run(arguments: Sequence[str]) -> int:
     child = os.fork()
     if child == 0:
         os.setsid()
-        os.execve(command[0], command, ENVIRONMENT)
+        os.execv(command[0], command)
     _close_all()
     while True:
         pid, status = os.wait()

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tamp.contest.sandbox import jail
-from tamp.contest.sandbox.isolation import Room
+from tamp.contest.sandbox.isolation import DEVICES, Room
 
 
 class Namespaces:
@@ -44,4 +44,5 @@ class Namespaces:
 def _order(room: Room) -> str:
     """A room as JSON for the jail's command line."""
     mounts = [[str(mount.source), mount.target] for mount in room.mounts]
-    return json.dumps({"mounts": mounts, "hidden": room.hidden, "links": room.links, "scratch_mb": room.scratch_mb})
+    shown = {"mounts": mounts, "hidden": room.hidden, "links": room.links, "devices": DEVICES}
+    return json.dumps({**shown, "scratch_mb": room.scratch_mb})

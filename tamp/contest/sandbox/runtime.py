@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import site
 import sys
@@ -12,7 +13,7 @@ from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from importlib.resources import files
 from pathlib import Path
 
-from tamp.contest.sandbox.isolation import Mount, Room, Sandbox
+from tamp.contest.sandbox.isolation import ENVIRONMENT, Mount, Room, Sandbox
 from tamp.errors import TampError
 
 SITE = "/site"
@@ -38,19 +39,26 @@ TASKS = "scenarios"
 """What of it no solution sees: tasks, with where everything is."""
 
 START = (
-    "import json, os, site, sys; path, given = sys.argv[1:]; del sys.argv[1:]; path = json.loads(path); "
-    "[*map(site.addsitedir, path)]; os.environ.update(PYTHONPATH=os.pathsep.join(path), "
+    "import sys; sys.path.remove(''); import json, os, site; path, given = sys.argv[1:]; del sys.argv[1:]; "
+    "path = json.loads(path); [*map(site.addsitedir, path)]; os.environ.update(PYTHONPATH=os.pathsep.join(path), "
     "OPENBLAS_NUM_THREADS='1', OMP_NUM_THREADS='1', MKL_NUM_THREADS='1'); "
     "from tamp.contest.api.host import main; sys.exit(main(given))"
 )
 """Linear algebra runs on one thread unless a solution asks for more: libraries would start as many threads as the
 machine has processors, each of which counts, so that what a solution may do would depend on the machine. A Python that
-a solution starts finds the same libraries."""
+a solution starts finds the same libraries, also where it is given this one's options, as some libraries do."""
 
 
 def interpreter() -> str:
     """The Python that solutions are run by: this one, without its environment."""
     return str(Path(sys.executable).resolve())
+
+
+def start(sandbox: Sandbox, given: str) -> list[str]:
+    """The command inside a sandbox that begins a solution; `tamp.contest.api.host` says what is given."""
+    told = [f"{name}={value}" for name, value in ENVIRONMENT.items()]
+    path = json.dumps(_search_path(sandbox))
+    return ["/usr/bin/env", "-i", *told, interpreter(), "-s", "-S", "-c", START, path, given]
 
 
 def make_room(solution: Path, models: Path, libraries: Sequence[str], scratch_mb: int) -> Room:
@@ -134,7 +142,7 @@ def _parsed(text: str) -> tuple[str, list[str]]:
     return re.sub(r"[-_.]+", "-", name).lower(), [extra.strip() for extra in extras.split(",") if extra]
 
 
-def search_path(sandbox: Sandbox) -> list[str]:
+def _search_path(sandbox: Sandbox) -> list[str]:
     """Where a solution's Python looks for the Standard API and the libraries offered."""
     if sandbox.isolates:
         return [SITE]

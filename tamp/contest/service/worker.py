@@ -126,7 +126,7 @@ class Worker:
         """Whether a submission was withdrawn since it cannot be loaded; it has seen nothing of a hidden task yet."""
         if not self._patiently(lambda: queue.untried(self.store, held)):
             return False
-        wrong = cannot_load(package, self.contest.rules, self.sandbox)
+        wrong, _ = cannot_load(package, self.contest.rules, self.sandbox)
         if not wrong:
             return False
         why, most = f"it cannot be loaded: {wrong}", self.contest.rules.uploads.trials_a_month

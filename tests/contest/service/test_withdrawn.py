@@ -72,8 +72,8 @@ def test_what_cannot_be_loaded_uses_up_no_submission_and_its_team_reads_why(
 ) -> None:
     """It is told before it has seen a hidden task; else every run could be looked at for nothing."""
 
-    def unloadable(package: Package, *_: object) -> str:
-        return "no module <b>" if "nowhere" in package.source.read_text() else ""
+    def unloadable(package: Package, *_: object) -> tuple[str, bytes]:
+        return "no module <b>" if "nowhere" in package.source.read_text() else "", b""
 
     def runs(*_: object, run: int, **__: object) -> Trial:
         return Trial(Result("task", run, "failed", ede_m=0.1), Ending("finished"), b"", ())
