@@ -23,6 +23,11 @@ if TYPE_CHECKING:
     from tamp.world.world import World
 
 
+BENT = 2e-5  # farther from the line between its neighbours a point of a way is a bend; the arm errs by less [m]
+DECIMALS = 5  # of where a way bends [m], so that two arm configurations bring an object the same way
+EXACT = 1e-9  # lengths are divided by no less [m]
+
+
 def test_cfree_handling(context: Context, obj: str, handling: Handling, other: str, standing: Placement) -> bool:
     """Whether the arm can reach for `obj` and lift it (or put it down and leave) while `other` stands there."""
     hits = handling_hits(context.scene, handling, {other: standing})
@@ -39,6 +44,9 @@ def handling_hits(workspace: Workspace, handling: Handling, others: Mapping[str,
     known: dict[tuple[str, Placement], str | None] = workspace.cache.value(("hits", handling), dict)
     asked = [name for name in sorted(others) if (name, others[name]) not in known]
     poses = {name: others[name].pose.matrix for name in asked if _may_meet(workspace, handling, name, others[name])}
+    for name in [name for name in poses if _takes_along(workspace, handling, name, others[name])]:
+        known[name, others[name]] = told(Contact(handling.object, name, 0.0))
+        del poses[name]
     while poses and (contact := _handling_contact(workspace, handling, poses)) is not None:
         name = contact.a if contact.a in poses else contact.b
         known[name, others[name]] = told(contact)
@@ -102,7 +110,7 @@ def _handling_contact(
     obj, pose = handling.object, handling.let_go
     return (
         approach_contact(workspace, obj, pose, handling.opening, handling.approach, poses)
-        or lift_contact(workspace, obj, handling.grasp, handling.lift, poses)
+        or carrying_contact(workspace, obj, pose, handling.grasp, handling.lift, poses)
         or _fall_contact(workspace, handling, poses)
     )
 
@@ -143,23 +151,79 @@ def lift_contact(
 ) -> Contact | None:
     """What arm and held object meet while they leave the support; shape of `path` (n, joints); None if nothing.
 
-    What the object touches where it begins, it may touch on; what it is not in by then it does not press on for long,
-    since friction would take that along. All else it keeps clear of, and at the end of everything, since the motion on
-    begins there.
+    It is what `carrying_contact` tells, and what the object takes along by friction.
     """
     T_tool_object = grasp.T_object_tool.inverse().matrix
-    scene = Scene(poses=others).attached(obj, T_tool_object, grasp.width)
-    passed = close_together(np.array([workspace.world.robot.forward(q) @ T_tool_object for q in path]))
-    resting = touched(workspace.world, obj, passed[0], others, scraped=0.0)
+    passed = np.array([workspace.world.robot.forward(q) @ T_tool_object for q in path])
+    return carrying_contact(workspace, obj, Pose.from_matrix(passed[0]), grasp, path, others) or _taken_along(
+        workspace.world, obj, passed, others
+    )
+
+
+def carrying_contact(
+    workspace: Workspace,
+    obj: str,
+    pose: Pose,
+    grasp: Grasp,
+    path: NDArray[np.float64],
+    others: Mapping[str, NDArray[np.float64]],
+) -> Contact | None:
+    """What arm and held object meet as the object leaves its pose; shape of `path` (n, joints); None if nothing.
+
+    What the object touches where it begins, it may touch on. All else it keeps clear of, and at the end of everything,
+    since the motion on begins there.
+    """
+    scene = Scene(poses=others).attached(obj, grasp.T_object_tool.inverse().matrix, grasp.width)
+    resting = touched(workspace.world, obj, pose.matrix, others, scraped=0.0)
     touch = {name: max(gap - SCRAPED, -CONTACT_DEPTH) for name, gap in resting.items()}
     leaving = workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=0.0, held_touch=touch)
     gone = workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=ARM_MARGIN)
+    return leaving.first_contact(path) or gone.first_contact(path[-1:])
+
+
+def _takes_along(workspace: Workspace, handling: Handling, name: str, standing: Placement) -> bool:
+    """Whether an object takes another along as it is lifted; remembered for its way off, whatever arm and hand do."""
+    way, obj, pose = _way_off(workspace, handling), handling.object, handling.let_go
+
+    def found() -> bool:
+        passed = np.repeat(pose.matrix[None], len(way), axis=0)
+        passed[:, :3, 3] += way
+        return _taken_along(workspace.world, obj, passed, {name: standing.pose.matrix}) is not None
+
+    return workspace.cache.value(("takes along", obj, pose, way, name, standing), found)
+
+
+def _way_off(workspace: Workspace, handling: Handling) -> tuple[tuple[float, ...], ...]:
+    """How far an object is from where it begins at both ends of each straight piece of its lift [m]."""
+
+    def found() -> tuple[tuple[float, ...], ...]:
+        tools = np.array([workspace.world.robot.forward(q) for q in handling.lift])
+        shifts = tools[:, :3, 3] - tools[0, :3, 3]
+        return tuple(map(tuple, np.round(shifts[_bends(shifts)], DECIMALS).tolist()))
+
+    return workspace.cache.value(("way off", handling), found)
+
+
+def _bends(points: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Of points along straight pieces, shape (n, 3), those at the ends of each."""
+    before, after = points[1:-1] - points[:-2], points[2:] - points[1:-1]
+    beside = np.linalg.norm(np.cross(before, after), axis=1) / np.maximum(np.linalg.norm(before + after, axis=1), EXACT)
+    return np.array([0, *(np.flatnonzero(beside > BENT) + 1), len(points) - 1])
+
+
+def _taken_along(
+    world: World, obj: str, passed: NDArray[np.float64], others: Mapping[str, NDArray[np.float64]]
+) -> Contact | None:
+    """What an object takes along by friction, as it passes some poses, shape (n, 4, 4), all turned alike.
+
+    What it is not in where it begins it does not press on for long.
+    """
+    close = close_together(passed)
+    resting = touched(world, obj, close[0], others, scraped=0.0)
     return (
-        leaving.first_contact(path)
-        or gone.first_contact(path[-1:])
-        or rubbed(workspace.world, obj, passed, {o: others[o] for o in others if resting.get(o, -1.0) >= 0.0})
-        or wedged(workspace.world, obj, passed, others)
-        or dragged_over(workspace.world, obj, passed, others)
+        rubbed(world, obj, close, {name: T for name, T in others.items() if resting.get(name, -1.0) >= 0.0})
+        or wedged(world, obj, close, others)
+        or dragged_over(world, obj, close, others)
     )
 
 

@@ -14,7 +14,7 @@ from tamp.streams.affordances.neighbours import standing_around, standing_on
 from tamp.streams.collisions import ARM_MARGIN, CONTACT_DEPTH
 from tamp.streams.context import Context
 from tamp.streams.motion.extraction import Way, extraction, meets
-from tamp.streams.motion.handling_contacts import lift_contact, told, touched
+from tamp.streams.motion.handling_contacts import carrying_contact, told, touched
 from tamp.streams.motion.payload import lift_too_heavy
 from tamp.streams.rubbing import PRESSED
 from tamp.streams.values import Grasp, Handling, Placement
@@ -46,6 +46,11 @@ class Reach:
     opening: float
     approach: Array
     fall: tuple[Pose, ...]
+
+    @property
+    def let_go(self) -> Pose:
+        """Where the object is while the hand comes to it or leaves it."""
+        return self.fall[0] if self.fall else self.placement.pose
 
     def lifted(self, lift: Array) -> Handling:
         """The handling that goes on with a lift, shape (n, joints)."""
@@ -108,7 +113,7 @@ def _path(workspace: Workspace, reach: Reach, way: Way) -> tuple[Array | None, s
         T_tool_object = reach.grasp.T_object_tool.inverse().matrix
         if (heavy := lift_too_heavy(workspace, reach.object, T_tool_object, reach.grasp.width, path)) is not None:
             return None, heavy
-        contact = lift_contact(workspace, reach.object, reach.grasp, path, {})
+        contact = carrying_contact(workspace, reach.object, reach.let_go, reach.grasp, path, {})
         return (path, "") if contact is None else (None, told(contact))
 
     return workspace.cache.value(("lift", reach, way), found)
@@ -123,7 +128,7 @@ def standing_under(workspace: Workspace, obj: str, placement: Placement) -> dict
 def _clear_first(workspace: Workspace, reach: Reach) -> Iterator[tuple[Way, int]]:
     """Ways off and how badly the object itself, without a hand, meets something on each; 0, not at all, comes first."""
     around = standing_around(workspace, reach.object, reach.placement)
-    pose = reach.fall[0] if reach.fall else reach.placement.pose
+    pose = reach.let_go
     meeting: dict[Way, int] = {}
     for way in _ways():
         meeting[way] = _meets(workspace, reach.object, pose, way, around)
