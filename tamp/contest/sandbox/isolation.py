@@ -16,6 +16,10 @@ COUNTS_BY_NAMESPACE = (5, 14)
 MOST_PENDING = 1024
 """Timers and signals that wait; the kernel counts them for the server's user, who has none left when all are used."""
 
+NO_CORE = 1
+"""The limit of a core file by which there is none, and no program of the machine's is started to take it: by 0 one would
+be for each crash, as root and outside of the sandbox (fs/coredump.c of Linux)."""
+
 DEVICES = ("null", "zero", "full", "random", "urandom")
 """What there is of /dev inside."""
 
@@ -88,7 +92,7 @@ class Limits:
             isolated: it has a user namespace of its own, in which the kernel counts its processes.
         """
         each = {
-            "RLIMIT_CORE": 0,
+            "RLIMIT_CORE": NO_CORE,
             "RLIMIT_CPU": round(self.processor_s) + 1,
             "RLIMIT_DATA": self.memory_mb << 20,
             "RLIMIT_FSIZE": self.scratch_mb << 20,

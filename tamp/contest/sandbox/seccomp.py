@@ -42,6 +42,8 @@ LOCKS = (6, 7, 37, 38, fcntl.F_SETLEASE, fcntl.F_NOTIFY)
 """Commands of fcntl by which the kernel keeps something for a part of a file: F_SETLK, F_SETLKW, F_OFD_SETLK(W), ..."""
 
 PR_SET_SECCOMP = 22
+CORE = 4
+"""RLIMIT_CORE, whose limit stays: see `tamp.contest.sandbox.isolation.NO_CORE`."""
 
 NEW = {
     "io_uring_setup": 425, "io_uring_enter": 426, "io_uring_register": 427, "open_tree": 428, "move_mount": 429,
@@ -61,6 +63,7 @@ class Machine:
         sockets: numbers of socket and socketpair.
         options: number of setsockopt.
         control: numbers of fcntl and prctl.
+        limits: numbers of setrlimit and prlimit64.
         highest: calls from this number on are of another convention, and refused; None where there is none.
     """
 
@@ -69,6 +72,7 @@ class Machine:
     sockets: tuple[int, int]
     options: int
     control: tuple[int, int]
+    limits: tuple[int, int]
     highest: int | None = None
 
 
@@ -92,6 +96,7 @@ MACHINES: Mapping[str, Machine] = MappingProxyType(
             (41, 53),
             54,
             (72, 157),
+            (160, 302),
             highest=0x40000000,
         ),
         "aarch64": Machine(
@@ -110,6 +115,7 @@ MACHINES: Mapping[str, Machine] = MappingProxyType(
             (198, 199),
             208,
             (25, 167),
+            (164, 261),
         ),
     }
 )  # fmt: skip
@@ -150,7 +156,18 @@ def call_filter(machine: str | None = None) -> list[Instruction]:
     of_options = [(EQUAL, 0, len(asked), known.options), *asked]
     commands, settings = known.control
     of_control = [*_without(commands, 1, LOCKS), *_without(settings, 0, (PR_SET_SECCOMP,))]
+    of_control += _keeping_limit(CORE, *known.limits)
     return [*program, *of_sockets, *of_options, *of_control, (RETURN, 0, 0, ALLOW)]
+
+
+def _keeping_limit(kind: int, setrlimit: int, prlimit: int) -> list[Instruction]:
+    """Refuse to set a limit, by the call that only sets, and by the one that sets where it is given a new value."""
+    given = ARGUMENTS[2]
+    asked = [
+        (LOAD, 0, 0, ARGUMENTS[1]), (EQUAL, 0, 4, kind), (LOAD, 0, 0, given), (EQUAL, 0, 3, 0),
+        (LOAD, 0, 0, given + 4), (EQUAL, 0, 1, 0), (RETURN, 0, 0, ALLOW), (RETURN, 0, 0, REFUSE),
+    ]  # fmt: skip
+    return [*_without(setrlimit, 0, (kind,)), (EQUAL, 0, len(asked), prlimit), *asked]
 
 
 def _without(call: int, place: int, values: tuple[int, ...]) -> list[Instruction]:
