@@ -17,8 +17,8 @@ MOST_PENDING = 1024
 """Timers and signals that wait; the kernel counts them for the server's user, who has none left when all are used."""
 
 NO_CORE = 1
-"""The limit of a core file by which there is none, and no program of the machine's is started to take it: by 0 one would
-be for each crash, as root and outside of the sandbox (fs/coredump.c of Linux)."""
+"""The limit of a core file by which there is none, and no program of the machine's is started to take it: by 0 one is
+for each crash, as root and outside of the sandbox, where the machine has one (fs/coredump.c of Linux)."""
 
 DEVICES = ("null", "zero", "full", "random", "urandom")
 """What there is of /dev inside."""

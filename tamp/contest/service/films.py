@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import gzip
 import json
 import logging
+import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -22,6 +24,9 @@ LOG = logging.getLogger(__name__)
 
 MOST_FRAMES = 60
 """Of a film; a longer run is shown with fewer frames a second."""
+
+ROOM = 32 << 20
+"""What is to be free on the disk before a film is drawn [bytes], more than any takes; until then its frames wait."""
 
 
 def keep(data: Path, trial: int, frames: Sequence[Frame]) -> None:
@@ -61,7 +66,7 @@ def shown(store: Store, submission: str) -> tuple[int, ...]:
 
 
 def make_one(store: Store, contest: Contest, data: Path) -> bool:
-    """Draw one film that is missing; False where there is none."""
+    """Draw one film that is missing; False where there is none, or no room on the disk."""
     for frames in sorted((data / "frames").glob("*.json.gz")):
         trial = int(frames.name.split(".")[0])
         with store.look() as connection:
@@ -74,11 +79,15 @@ def make_one(store: Store, contest: Contest, data: Path) -> bool:
         if row is None or not chosen:
             continue  # its submission is not done
         drawn = trial in chosen and not film_path(data, trial).exists()
+        if drawn and shutil.disk_usage(data).free < ROOM:
+            continue
         if drawn:
             kind: Kind = row.kind
             try:
                 _draw(contest.entry(kind, row.task).task, frames, data, film_path(data, trial))
             except Exception as error:  # a film that cannot be drawn must keep nothing else waiting
+                if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+                    return False
                 LOG.warning("run %d has no film: %s: %s", trial, type(error).__name__, error)
         frames.unlink(missing_ok=True)
         if drawn:

@@ -50,7 +50,7 @@ def count_attempt(store: Store, contest: Contest, team: Team) -> None:
     most, now = contest.rules.uploads.a_minute, time.time()
     with store.change() as connection:
         _lock(connection, team)
-        query = select(func.count()).where(ATTEMPTS.c.team == team.id, ATTEMPTS.c.at > now - 60)
+        query = select(func.count()).where(ATTEMPTS.c.team == team.id, ATTEMPTS.c.at.between(now - 60, now))
         if connection.execute(query).scalar_one() >= most:
             raise TooManyError(f"more than {most} uploads within a minute; wait a little")
         connection.execute(insert(ATTEMPTS).values(team=team.id, at=now))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 import secrets
 import time
 import unicodedata
@@ -15,6 +16,9 @@ from tamp.contest.service.store import TEAMS, Store
 from tamp.errors import TampError, meant
 
 LONGEST = 60
+
+UNSEEN = re.compile("[\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180f\u2800\u3164\ufe00-\ufe0f\uffa0\U000e0100-\U000e01ef]")
+"""Letters, marks and symbols that are not drawn: what Unicode calls default ignorable, and the empty Braille one."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +42,7 @@ def add_team(store: Store, name: str) -> str:
             cannot be seen.
     """
     name = _kept(name)
-    if not 0 < len(name) <= LONGEST or any(unicodedata.category(c)[0] in "CZ" and c != " " for c in name):
+    if not _plain(name) or len(name) > LONGEST or any(unicodedata.category(c)[0] in "CZ" and c != " " for c in name):
         raise TampError(f"a team's name has 1 to {LONGEST} characters that can be seen, and spaces between them")
     token = secrets.token_urlsafe(32)
     try:
@@ -58,8 +62,8 @@ def _kept(name: str) -> str:
 
 
 def _plain(name: str) -> str:
-    """A name without what hardly tells it apart: capitals, widths and ligatures, the number of spaces."""
-    return " ".join(unicodedata.normalize("NFKC", name).casefold().split())
+    """A name without what hardly tells it apart: capitals, widths, ligatures, how many spaces, what cannot be seen."""
+    return " ".join(UNSEEN.sub("", unicodedata.normalize("NFKC", name)).casefold().split())
 
 
 def renew_token(store: Store, name: str) -> str:

@@ -54,6 +54,24 @@ def test_a_disk_without_room_costs_the_film_only(service: Service, monkeypatch: 
     assert [path.name for path in (service.data / "frames").iterdir()] == ["1.json.gz"]
 
 
+def test_a_film_waits_for_room_on_the_disk(service: Service, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its frames were thrown away, and there is no other film of that run."""
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    trial = _a_trial(service)
+    films.keep(service.data, trial, FRAMES)
+    for name, value in (("ROOM", 1 << 60), ("render_execution", full)):
+        with monkeypatch.context() as patch:
+            patch.setattr(films, name, value)
+            assert not films.make_one(service.store, service.contest, service.data)
+        assert [path.name for path in (service.data / "frames").iterdir()] == [f"{trial}.json.gz"]
+    monkeypatch.setattr(films, "render_execution", lambda *given: given[-1].write_bytes(b"GIF89a"))
+    assert films.make_one(service.store, service.contest, service.data)
+    assert films.film_path(service.data, trial).exists() and not list((service.data / "frames").iterdir())
+
+
 def test_films_of_hidden_tasks_are_shown_when_these_are_revealed(service: Service) -> None:
     _a_trial(service, "contest")
     (submission,) = service.get("/api/submissions", service.ours).json()

@@ -67,6 +67,11 @@ def test_names_that_look_like_a_teams_are_refused(service: Service) -> None:
     for name in ("Ours", "OURS", "\uff4f\uff55\uff52\uff53"):
         with pytest.raises(TampError, match="looks like the team 'ours'"):
             add_team(service.store, name)
+    for name in ("ou\u034frs", "ours\ufe0f", "\u3164ours"):
+        with pytest.raises(TampError, match="looks like the team 'ours'"):
+            add_team(service.store, name)
+    with pytest.raises(TampError, match="characters that can be seen"):
+        add_team(service.store, "\u2800 \u3164")
     with pytest.raises(TampError, match="there is a team called"):
         add_team(service.store, "ours")
 
