@@ -279,6 +279,11 @@ def test_a_library_that_is_not_there_is_told_with_what_there_is_and_how_to_bring
     [
         ("raise RuntimeError('a\\nb')\n", "RuntimeError: a b"),
         ("class Solution:\n    def run(self, goal, robot): raise RuntimeError\n", ""),
+        (
+            "class Solution:\n    def run(self, goal): ...\n",
+            "TypeError: Solution.run is called with goal and robot: too many positional arguments",
+        ),
+        ("class Solution:\n    def run(self, *everything, **named): ...\n", ""),
         ("import os\nos._exit(255)\n", "the process ended with status 255 before Solution() was made"),
         ("import sys\nsys.exit()\n", "SystemExit"),
         (

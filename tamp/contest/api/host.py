@@ -13,7 +13,7 @@ import resource
 import socket
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +64,7 @@ def main(arguments: str) -> int:
         connection.tell("hello", version=VERSION)
     try:
         solution = load(Path(given["solution"]), given["module"])()
+        _require_arguments(solution.run)
         if given["run"]:
             solution.run(goal, robot)
     except BaseException as error:  # whatever it is, its owner wants to read it, and the server to know
@@ -120,6 +121,15 @@ def load(folder: Path, module: str) -> Any:
         f"the module {module!r} has no class Solution with run(self, goal, robot), nor MyAgent with "
         f"draw_action(self, observation){place}"
     )
+
+
+def _require_arguments(run: Callable[..., object]) -> None:
+    try:
+        inspect.signature(run).bind("goal", "robot")
+    except ValueError:  # it does not tell what it takes
+        return
+    except TypeError as error:
+        raise TypeError(f"Solution.run is called with goal and robot: {error}") from None
 
 
 def _said(error: BaseException, folder: Path, libraries: Sequence[str]) -> str:
