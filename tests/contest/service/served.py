@@ -61,7 +61,11 @@ class Service:
         """Do all runs as a worker would; how many there were."""
         count = 0
         while (held := queue.claim(self.store)) is not None:
-            result = Result(held.task, held.run, "failed", ede_m=ede_m, execution_sim_s=3.0, simulator=held.simulator)
+            result = Result(
+                held.task, held.run, "failed", ede_m=ede_m, do_nothing_ede_m=0.2, mean_ueb_m=0.3, execution_sim_s=3.0,
+                simulator=held.simulator, objects=({"name": "red_secret", "ede_m": ede_m},),
+                goals_met={"red_secret": False},
+            )  # fmt: skip
             assert queue.finish(self.store, held, to_json(result), log)
             count += 1
         return count
