@@ -45,6 +45,8 @@ class Entry:
             return importlib.util.find_spec(self.library) is not None
         except ValueError:  # another thread is about to import it, and has not said yet where it is from
             return self.library in sys.modules
+        except ImportError:  # what looks for it refuses it
+            return False
 
 
 SPINNING = 0.3

@@ -369,3 +369,12 @@ def test_a_library_that_another_thread_is_importing_is_installed(monkeypatch: py
     monkeypatch.setitem(sys.modules, "half_imported", types.ModuleType("half_imported"))
     assert Entry("half_imported:Simulator", "half_imported").installed
     assert not Entry("nowhere:Simulator", "nowhere").installed
+
+
+def test_a_library_that_must_not_be_imported_is_not_installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Refuses:
+        def find_spec(self, name: str, *about: object) -> None:
+            raise ImportError(f"{name} must not be imported")
+
+    monkeypatch.setattr(sys, "meta_path", [Refuses(), *sys.meta_path])
+    assert not Entry("refused:Simulator", "refused").installed
