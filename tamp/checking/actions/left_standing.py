@@ -16,7 +16,7 @@ from tamp.checking.physics.round_bodies.perching import on_rollers, perched, pre
 from tamp.checking.physics.round_bodies.rocking import rocked
 from tamp.checking.physics.stacks import over_edge, stack_of, upset
 from tamp.checking.physics.support import balanced, carriers, slumps, unrest
-from tamp.checking.physics.yielding import given_way, gives_way, unbalanced
+from tamp.checking.physics.yielding import gives_way, slump, unbalanced
 from tamp.checking.scene import TABLE, Given
 
 if TYPE_CHECKING:
@@ -186,8 +186,7 @@ def _goes_on(scene: Scene, state: State, name: str, most: float, allow: Toleranc
     things = (replace(thing, friction=STICKIER * thing.friction) for thing in scene.task.objects)
     sticky = replace(scene, task=replace(scene.task, objects=tuple(things)))
     for bodies, gap in product((scene, sticky), (allow.touching, allow.firm)):
-        end = given_way(bodies, lowered, name, most, replace(allow, standing=gap), firm=others)[name]
-        if scene.displacement(name, lowered.poses[name], end) <= most:
+        if slump(bodies, lowered, name, most, replace(allow, standing=gap), others)[name] <= most:
             return False
     return True
 

@@ -1,9 +1,11 @@
 """How does a whole stack give way that is not in balance, and where does that end?
 
 Bodies that lean on each other hold each other up; where one leaves, or comes, all of them move until they touch anew.
-From rest they set out as near to free fall as what they touch lets them (Gauss, "Über ein neues allgemeines Grundgesetz
-der Mechanik", Journal für die reine und angewandte Mathematik 4, 1829): the pushes within friction that make up best
-for their weights leave the accelerations. Followed in small steps, each from rest, that is a slump: slower than a fall.
+They move as near to free fall as what they touch lets them (Gauss, "Über ein neues allgemeines Grundgesetz der
+Mechanik", Journal für die reine und angewandte Mathematik 4, 1829): the pushes within friction that make up best for
+their weights, and for the momentum that takes them into each other, leave the velocities. Followed in small steps
+(Anitescu, "Optimization-based simulation of nonsmooth rigid multibody dynamics", Mathematical Programming 105, 2006),
+what touches anew loses what takes it there, and goes on with the rest: past a place where it would stay from rest.
 """
 
 from __future__ import annotations
@@ -28,12 +30,23 @@ if TYPE_CHECKING:
     from tamp.checking.tolerances import Tolerances
 
     Array = NDArray[np.float64]
+    Velocity = tuple[Array, Array]
+    """Of a body's centre of mass [m^0.5], and of its turn [1 / m^0.5], shape (3,) each: time makes gravity 1."""
 
 STEP = 5e-4
 """How far the fastest side of a body that gives way moves between two looks [m]."""
 LOOKS = 200
+LONGEST = STEP**0.5
+"""Span of time between two looks at what hardly moves; time is counted so that gravity is 1 [m^0.5]."""
 ROUNDING = 0.001
 """Accelerations up to this share of gravity are none."""
+LEAST = 1e-15
+"""Moments of inertia are no less [kg m^2]."""
+AT_ONCE = 10.0
+"""How much more a bound weighs than what is sought within it."""
+UP = np.array([0.0, 0.0, 1.0])
+STILL = (np.zeros(3), np.zeros(3))
+"""The velocity of what is at rest."""
 
 
 def gives_way(
@@ -52,11 +65,10 @@ def gives_way(
     """
     waiting = sorted(names)
     while waiting:
-        poses = given_way(scene, after, waiting[0], most, allow)
-        far = {name: scene.displacement(name, after.poses[name], T) for name, T in poses.items()}
+        far = slump(scene, after, waiting[0], most, allow)
         waiting = [name for name in waiting if name not in far]
-        if ends is not None and max(far.values()) <= most:
-            ends |= poses
+        if ends is not None and 0.0 < max(far.values()) <= most:
+            ends |= given_way(scene, after, next(iter(far)), most, allow)
         gone = max(far, key=lambda name: far[name])
         if far[gone] <= most:
             continue
@@ -67,41 +79,62 @@ def gives_way(
         yield sentence, (gone,)
 
 
-def slump(scene: Scene, state: State, name: str, most: float, allow: Tolerances) -> dict[str, float]:
-    """How far each body of the stack of a body moves until all are in balance [m]; followed until one has by `most`."""
-    poses = given_way(scene, state, name, most, allow)
-    return {body: scene.displacement(body, state.poses[body], T) for body, T in poses.items()}
+def slump(
+    scene: Scene, state: State, name: str, most: float, allow: Tolerances, firm: frozenset[str] = frozenset()
+) -> dict[str, float]:
+    """How far each body of the stack of a body moves until all are in balance [m]; followed until one has by `most`.
+
+    That is from rest at each step, or with all the momentum that it gains, whichever takes it farther.
+    """
+    far = dict[str, float]()
+    for slow in (True, False):
+        for body, T in given_way(scene, state, name, most, allow, firm, slow).items():
+            far[body] = max(far.get(body, 0.0), scene.displacement(body, state.poses[body], T))
+        if not 0.0 < max(far.values()) <= most:
+            break
+    return far
 
 
 def given_way(
-    scene: Scene, state: State, name: str, most: float, allow: Tolerances, firm: frozenset[str] = frozenset()
+    scene: Scene,
+    state: State,
+    name: str,
+    most: float,
+    allow: Tolerances,
+    firm: frozenset[str] = frozenset(),
+    slow: bool = True,
 ) -> dict[str, Array]:
-    """Where each body of the stack of a body comes to until all are in balance, shape (4, 4), followed as in `slump`.
+    """Where each body of the stack of a body comes to until all are at rest, shape (4, 4), followed as in `slump`.
 
-    What loses touch with the others on its way is followed on; what is `firm` stays.
+    What loses touch with the others on its way is followed on; what is `firm` stays. What goes `slow` sets out from
+    rest at each step.
     """
     there = replace(state, poses=dict(state.poses), touching={})
     far, resting = dict[str, float](), set[tuple[str, ...]]()
+    going: dict[str, Velocity] = {}
     for _ in range(LOOKS):
-        ways: dict[str, tuple[Array, Array]] = {}
+        span = min(STEP / _fastest(scene, going), LONGEST) if going else 1.0
+        after: dict[str, Velocity] = {}
         still = set[tuple[str, ...]]()
         for body in (name, *far):
-            if body not in ways:
+            if body not in after:
                 stack = stack_of(scene, there, body, allow, firm)
                 # What was at rest at the last look still is, unless something more touches it.
-                set_out = {} if stack.names in resting else _set_out(scene, there, stack)
-                ways |= _rest(stack) | set_out
-                if not set_out:
+                moved = {} if stack.names in resting else _a_span_on(scene, there, stack, going, span)
+                after |= dict.fromkeys(stack.names, STILL) | moved
+                if not moved:
                     still.add(stack.names)
-        far |= {body: 0.0 for body in ways if body not in far}
-        fastest = _fastest(scene, ways)
+        far |= {body: 0.0 for body in after if body not in far}
+        fastest = _fastest(scene, after)
         if fastest == 0.0:
             break
-        moving = {body for body, (way, turn) in ways.items() if way.any() or turn.any()}
-        resting = {names for names in still if moving.isdisjoint(names)}
-        for body, (way, turn) in ways.items():
+        share = 1.0 if going else float(np.sqrt(STEP / fastest))  # from rest velocities grow as the span does
+        moving = {body: (share * way, share * turn) for body, (way, turn) in after.items() if way.any() or turn.any()}
+        resting = {names for names in still if moving.keys().isdisjoint(names)}
+        going = {} if slow else moving
+        for body, (way, turn) in moving.items():
             T = there.poses[body]
-            there.poses[body] = _moved(T, scene.center_of_mass(body, T), way, turn, STEP / fastest)
+            there.poses[body] = _moved(T, scene.center_of_mass(body, T), way, turn, share * span)
             far[body] = scene.displacement(body, state.poses[body], there.poses[body])
         if max(far.values()) > most:
             break
@@ -112,24 +145,22 @@ def unbalanced(scene: Scene, state: State, name: str, allow: Tolerances) -> froz
     """The bodies of the stack of a body, itself among them, that what they touch does not keep from setting out."""
     there = replace(state, touching={})  # what is kept there may be by other tolerances
     stack = stack_of(scene, there, name, allow)
-    ways = _set_out(scene, there, stack)
+    ways = _a_span_on(scene, there, stack, {}, 1.0)
     return frozenset(body for body in ways if _fastest(scene, {body: ways[body]}) > ROUNDING)
 
 
-def _set_out(scene: Scene, state: State, stack: Stack) -> dict[str, tuple[Array, Array]]:
-    """As `_accelerations`, empty where that is no more than rounding, and what cones cut to edges leave out."""
-    ways = _accelerations(scene, state, stack.names, pushes_of(scene, state, stack))
+def _a_span_on(
+    scene: Scene, state: State, stack: Stack, going: Mapping[str, Velocity], span: float
+) -> dict[str, Velocity]:
+    """As `_velocities`, empty where that is no more than rounding, and what cones cut to edges leave out."""
+    after = _velocities(scene, state, stack.names, pushes_of(scene, state, stack), going, span)
     friction = max((scene.friction(a) * scene.friction(b) for a, b in stack.touching), default=0.0)
     still = ROUNDING + friction * (1.0 - np.cos(np.pi / equilibrium.EDGES))
-    return ways if _fastest(scene, ways) > still else {}
+    return after if _fastest(scene, after) > still * span else {}
 
 
-def _rest(stack: Stack) -> dict[str, tuple[Array, Array]]:
-    return {name: (np.zeros(3), np.zeros(3)) for name in stack.names}
-
-
-def _fastest(scene: Scene, ways: Mapping[str, tuple[Array, Array]]) -> float:
-    """The most that a side of any of some bodies is accelerated by, over g."""
+def _fastest(scene: Scene, ways: Mapping[str, Velocity]) -> float:
+    """The velocity of the fastest side of any of some bodies."""
     return max(
         float(np.linalg.norm(way) + scene.solids[body].radius * np.linalg.norm(turn))
         for body, (way, turn) in ways.items()
@@ -144,29 +175,51 @@ def _moved(T: Array, center: Array, way: Array, turn: Array, share: float) -> Ar
     return moved
 
 
-def _accelerations(scene: Scene, state: State, names: tuple[str, ...], pushes: Array) -> dict[str, tuple[Array, Array]]:
-    """How the bodies of a stack set out from rest: of each the acceleration of its centre, and of its turn, over g.
+def _velocities(
+    scene: Scene,
+    state: State,
+    names: tuple[str, ...],
+    pushes: Array,
+    going: Mapping[str, Velocity],
+    span: float,
+) -> dict[str, Velocity]:
+    """How the bodies of a stack move after a span of time; from rest after a span of 1 these are accelerations, over g.
 
     Args:
         scene: the bodies.
         state: where they are.
         names: of the stack.
         pushes: as `pushes_of` has them.
+        going: how those of them move that are not at rest.
+        span: of time, in which weight and pushes act.
     """
     masses = np.array([scene.task.object(name).mass for name in names])
     mean = float(masses.mean())
     easy = np.zeros((6 * len(names), 6 * len(names)))  # the square root of how easily each body is moved
-    wanted = np.zeros(6 * len(names))
+    wanted, weights = np.zeros(6 * len(names)), 0.0  # of all, with the momentum that may have to be caught
     for index, (name, mass) in enumerate(zip(names, masses, strict=True)):
         R = state.poses[name][:3, :3]
         moments, axes = np.linalg.eigh(R @ scene.inertia(name) @ R.T)
+        moments = np.maximum(moments, LEAST)
         ways, turns = slice(6 * index, 6 * index + 3), slice(6 * index + 3, 6 * index + 6)
         easy[ways, ways] = np.eye(3) / np.sqrt(mass)
-        easy[turns, turns] = equilibrium.SCALE * axes @ np.diag(1.0 / np.sqrt(np.maximum(moments, 1e-15))) @ axes.T
-        wanted[6 * index + 2] = mass / mean
-    found, _ = nnls(easy @ pushes, easy @ wanted)
+        easy[turns, turns] = equilibrium.SCALE * axes @ np.diag(1.0 / np.sqrt(moments)) @ axes.T
+        way, turn = going.get(name, STILL)
+        wanted[ways] = mass / mean * (span * UP - way)
+        wanted[turns] = -axes @ (moments * (turn @ axes)) / (mean * equilibrium.SCALE)
+        weights += mass / mean * (span + float(np.linalg.norm(way)))
+    found = _bounded(easy @ pushes, easy @ wanted, equilibrium.PRESSED * weights)
     left = mean * (easy @ (easy @ (pushes @ found - wanted)))
     return {
         name: (left[6 * index : 6 * index + 3], left[6 * index + 3 : 6 * index + 6] / equilibrium.SCALE)
         for index, name in enumerate(names)
     }
+
+
+def _bounded(A: Array, b: Array, most: float) -> Array:
+    """The x >= 0, of a sum of no more than `most`, that makes |A x - b| least, shape (n,)."""
+    found, _ = nnls(A, b)
+    if found.sum() <= most:
+        return found
+    row = AT_ONCE * np.linalg.norm(A, axis=0).max()
+    return nnls(np.vstack([A, np.full(A.shape[1], row)]), np.append(b, row * most))[0]

@@ -14,6 +14,7 @@ from tamp.checking.physics.yielding import slump
 from tamp.checking.tolerances import DEFAULT
 from tamp.task import Box, Object, Pose
 from tests.checking.physics.heaps import PUT_ON_LEANING, TAKEN_FROM_LEANING, said, scene_of, turned
+from tests.checking.physics.hollow_heaps import PUT_ON_HOLLOW, TAKEN_FROM_HOLLOW
 
 
 def slumped(*objects: Object, most: float = 0.1) -> dict[str, float]:
@@ -30,6 +31,16 @@ def test_what_leans_on_each_other_gives_way_when_one_is_taken(title):
 @pytest.mark.parametrize("title", PUT_ON_LEANING)
 def test_what_is_put_on_what_does_not_hold_it_goes_on(title):
     assert said(check_rest, PUT_ON_LEANING[title])
+
+
+@pytest.mark.parametrize("title", TAKEN_FROM_HOLLOW)
+def test_what_leans_on_something_hollow_gives_way_with_the_momentum_that_it_gains(title):
+    assert any("gives way" in sentence for sentence in said(check_uncovered, TAKEN_FROM_HOLLOW[title]))
+
+
+@pytest.mark.parametrize("title", PUT_ON_HOLLOW)
+def test_what_is_put_on_something_hollow_is_not_pinched_by_its_pieces(title):
+    assert said(check_rest, PUT_ON_HOLLOW[title])
 
 
 @given(yaw=st.floats(-3.0, 3.0), count=st.integers(1, 4), seed=st.integers(0, 10_000))
