@@ -11,6 +11,7 @@ from tamp.task.mesh.parts import convex_hull
 from tests.checking.handmade import DOWN, OPEN, Hand, above, carry
 from tests.checking.mutations.editing import Pair
 from tests.checking.mutations.solids import hulls
+from tests.checking.physics.hollow_heaps import PUT_ON_HOLLOW
 
 CARD, BAR, BRICK = Box((0.004, 0.05, 0.12)), Box((0.2, 0.05, 0.06)), Box((0.04, 0.05, 0.1))
 DOMINO = Box((0.012, 0.05, 0.1))
@@ -166,6 +167,18 @@ def _lies_tilted(task: Task, plan: Plan, rng: np.random.Generator, *, two: bool)
         tray = hulls(f"{name}_{long:.6f}", [convex_hull(CORNERS * size + aside) for size, aside in boxes])
         things.append(Object(name, tray, Pose((x + at, y, 0.0)), mass=2.0))
     return instead(task, plan, actions, *things)
+
+
+def tips_off_a_rim(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """A cup is let go on the rim of a bowl that leans, upside down, on a jar, its middle beside all that it touches."""
+    if task.robot != "panda":
+        return None
+    (x, y), yaw = rng.uniform((0.03, -0.12), (0.06, -0.08)), rng.uniform(-np.pi / 2, 0.0)
+    there, start = Pose.from_rpy((x, y, 0.0), (0.0, 0.0, yaw)), Pose((x, y + 0.35, 0.03))
+    things = [replace(o, pose=there @ o.pose) for o in PUT_ON_HOLLOW["cup on a bowl that leans on a jar, upside down"]]
+    bowl, cup = things[1], things[2]
+    actions = carry(Hand(plan.home), cup.name, start, cup.pose, 0.0438, ("table", bowl.name), 0.012)
+    return instead(task, plan, actions, *things[:2], replace(cup, pose=start))
 
 
 def on_a_foot(within: float):

@@ -20,6 +20,7 @@ from tests.checking.oracle.carrying import jerked_out
 from tests.checking.oracle.falls import FALLEN, TOPPLED, fall, gave_way
 from tests.checking.oracle.leaning import leaning
 from tests.checking.oracle.lying import lies_down
+from tests.checking.oracle.overhanging import tips_off
 from tests.checking.oracle.pushes import push
 from tests.checking.oracle.rocking import rocking
 from tests.checking.oracle.rolling import rolled, rolling, spreading
@@ -96,6 +97,7 @@ class Oracle:
                 text = "the hand stays round the object" if _is_round(world, action.arguments[0]) else None
                 text = text or rests(world, action.arguments[0])
                 text = text or (lies_down(world, action.arguments[0]) if sweep else None)
+                text = text or (tips_off(world, action.arguments[0]) if sweep else None)
                 if text is not None:
                     return f"{action}: {text}"
             if sweep and action.name in ("place", "stack"):
