@@ -55,14 +55,15 @@ class Searches:
         """Search for a plan under the hopes of this moment, and under guesses at why streams with fluents failed.
 
         Where guesses bar every plan, there is a search without them, if nothing else that was learnt is left out.
-        Among real values there is no need to guess: the tests are asked in the states that a search comes to.
+        Among real values there is no need to guess: the tests are asked in the states that a search comes to. Where it
+        has come to all of them in vain, there is no plan among these values.
 
         Raises:
             Ended: at a limit.
         """
         if self._asks and (scope.sure or self._eager):
             result = self._asked()
-            if result.plan is not None:
+            if result.plan is not None or (result.proven and (scope.sure or not self._hopes_in_states)):
                 return result
         result = self._searched_under(scope)
         partial = scope.clear or scope.arriving
@@ -74,6 +75,11 @@ class Searches:
     def _asks(self) -> bool:
         """Whether the search cannot be taught what tests with fluents say no to, or it is a guess."""
         return self._lessons.guessed or (self._knowledge.schema.undecided and bool(self._lessons.tried))
+
+    @property
+    def _hopes_in_states(self) -> bool:
+        """Whether streams give values in each state anew: they are hoped for among real values, too."""
+        return any(external.fluents and external.outputs for external in self._knowledge.schema.externals.values())
 
     def _asked(self, most: float = math.inf) -> SearchResult:
         """A search of real values that asks tests in each of `most` states at most; each is as much work as a call."""

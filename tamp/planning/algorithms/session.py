@@ -285,9 +285,19 @@ class Session:
             self.found.check()
             if self.connectors.fluent and not self.moves_cost_alike():
                 raise Restart(replace(self.options, connectors=False))
-        if attempt.steps is None and self.lessons.puzzling and few_moves(self.connectors, self.grounder.operators):
+        puzzled = self.lessons.puzzling or (self._moves_can_be_asked_for and self.lessons.supposed > 0)
+        if attempt.steps is None and puzzled and few_moves(self.connectors, self.grounder.operators):
             raise Restart(replace(self.options, connectors=False))
         return attempt.steps is not None
+
+    @property
+    def _moves_can_be_asked_for(self) -> bool:
+        """Whether a search among real values would ask the tests that moves rest on, if it saw the moves.
+
+        What such a test says no to is a guess otherwise, and one state after the other is tried.
+        """
+        streams = [external for c in self.connectors.connectors for external, _ in c.streams]
+        return self.eager and any(external.is_state_test for external in streams)
 
     def moves_cost_alike(self) -> bool:
         """Whether the search knows what the moves cost that it leaves out."""

@@ -114,10 +114,8 @@ def search_attached(
     while queue and states < most:
         check()
         _, _, before, index, cost = heapq.heappop(queue)
-        if index >= 0 and not attached.allows(task.operators[index], before):
-            continue
         state = start if index < 0 else space.close(space.apply(index, before))
-        if costs.get(state, math.inf) <= cost:
+        if costs.get(state, math.inf) <= cost or (index >= 0 and not attached.allows(task.operators[index], before)):
             continue
         states += 1
         costs[state], parents[state] = cost, (before, index) if index >= 0 else None
@@ -130,4 +128,4 @@ def search_attached(
             total = cost + op.cost
             if space.applicable(i, state) and (bound is None or total < bound):
                 heapq.heappush(queue, (estimate, next(order), state, i, total))
-    return SearchResult(None, timed_out=bool(queue), states=states)
+    return SearchResult(None, proven=not queue, timed_out=bool(queue), states=states)

@@ -63,6 +63,7 @@ class SymbolicSearch:
         self._timeouts = 0
         self._asked = ASKED
         self._asked_of: tuple[int, int | None] | None = None
+        self._asked_in_vain = False
         self._barren: tuple[GroundTask, int | None] | None = None  # what was last searched to its end in vain
 
     @property
@@ -108,7 +109,7 @@ class SymbolicSearch:
     def ask(self, hidden: str, bound: int | None, check: Callable[[], None], most: float = math.inf) -> SearchResult:
         """Search among real values, and ask the tests that are told the state in each state that it comes to.
 
-        As long as nothing new is known, it is done once.
+        As long as nothing new is known, it is done once; what is proven is that none of these values makes a plan.
 
         Args:
             hidden: the fluent that the task does not follow; empty where it follows all.
@@ -119,14 +120,15 @@ class SymbolicSearch:
         self._knowledge.refresh()
         asked_of = (self._knowledge.version, bound)
         if not self._schema.state_tests or self._asked_of == asked_of:
-            return SearchResult(None)
-        self._asked_of = asked_of
+            return SearchResult(None, proven=self._asked_in_vain)
+        self._asked_of, self._asked_in_vain = asked_of, False
         task = self.task({}, Scope(sure=True, exact=True, asking=True))
         if not task.solvable:
             return SearchResult(None)
         attached = Attached(task, self._knowledge, self._evaluator, hidden)
         result = search_attached(task, attached, check, bound, min(self._asked, most))
         self._asked *= 2 if result.states >= self._asked else 1
+        self._asked_in_vain = result.proven
         if result.plan is None:
             return result
         shorter = eliminate(task, result.plan)

@@ -1,6 +1,7 @@
 """Streams that are told the state: whether a room can be entered depends on how many boxes stand in it."""
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any
 
 from tamp.planning import Problem
@@ -128,3 +129,60 @@ def washing(foods: int, clean: bool = False) -> Problem:
     goal = [("Cooked", name) for name in names] + [("Clean", names[0])] * clean
     init = [("Wet", "sponge"), *(("Food", name) for name in names)]
     return Problem(KITCHEN, KITCHEN_STREAMS, {"test-washable": washable}, init, ("and", *goal))
+
+
+YARD = """
+(define (domain yard)
+  (:requirements :strips)
+  (:predicates (Crate ?c) (Spot ?c ?x) (Above ?x ?q) (In ?x ?z) (Quiet ?q1 ?q2) (Over ?q) (Stands ?c ?x) (Lifted ?c)
+               (Free) (Ready) (Stored ?c ?z))
+  (:action drive
+    :parameters (?q1 ?q2)
+    :precondition (and (Quiet ?q1 ?q2) (Over ?q1) (Ready))
+    :effect (and (Over ?q2) (not (Over ?q1)) (not (Ready))))
+  (:action lift
+    :parameters (?c ?x ?q)
+    :precondition (and (Spot ?c ?x) (Above ?x ?q) (Over ?q) (Stands ?c ?x) (Free))
+    :effect (and (Lifted ?c) (Ready) (not (Stands ?c ?x)) (not (Free))))
+  (:action lower
+    :parameters (?c ?x ?q)
+    :precondition (and (Spot ?c ?x) (Above ?x ?q) (Over ?q) (Lifted ?c))
+    :effect (and (Stands ?c ?x) (Free) (Ready) (not (Lifted ?c))))
+  (:derived (Stored ?c ?z) (exists (?x) (and (Spot ?c ?x) (In ?x ?z) (Stands ?c ?x)))))
+"""
+
+YARD_STREAMS = """
+(define (stream yard)
+  (:stream sample-spot
+    :inputs (?c ?z) :domain (May ?c ?z) :outputs (?x) :certified (and (Spot ?c ?x) (In ?x ?z)))
+  (:stream find-above
+    :inputs (?c ?x) :domain (Spot ?c ?x) :outputs (?q) :certified (and (Place ?q) (Above ?x ?q)))
+  (:stream test-quiet
+    :inputs (?q1 ?q2) :domain (and (Place ?q1) (Place ?q2)) :fluents (Stands) :certified (Quiet ?q1 ?q2)))
+"""
+
+ZONES = {"yard": (-9.0, 9.0), "bay": (6.0, 9.0)}
+
+
+def yard(starts: tuple[float, ...] = (0.0, 7.5)) -> Problem:
+    """A crane drives no more once two crates stand closer than 2 m; all are to be in the bay in the end."""
+
+    def sample_spot(context: Any, crate: str, zone: str) -> Iterator[float]:
+        while True:
+            yield context.rng.uniform(*ZONES[zone])
+
+    def find_above(context: Any, crate: str, spot: float) -> Iterator[tuple[str, float]]:
+        yield "above", spot
+
+    def test_quiet(context: Any, start: Any, end: Any) -> bool:
+        spots = sorted(fact[2] for fact in context.fluents)
+        return all(b - a > 2.0 for a, b in pairwise(spots))
+
+    init: list[Any] = [("Place", "home"), ("Over", "home"), ("Free",), ("Ready",)]
+    for i, start in enumerate(starts):
+        crate = f"crate {i}"
+        init += [("Crate", crate), ("Spot", crate, start), ("Stands", crate, start), ("May", crate, "yard")]
+        init += [("May", crate, "bay"), *(("In", start, z) for z, (a, b) in ZONES.items() if a <= start <= b)]
+    goal = ("and", ("Over", "home"), *(("Stored", f"crate {i}", "bay") for i in range(len(starts))))
+    samplers = {"sample-spot": sample_spot, "find-above": find_above, "test-quiet": test_quiet}
+    return Problem(YARD, YARD_STREAMS, samplers, init, goal)
