@@ -35,6 +35,7 @@ from tamp.contest.service.store import (
     RUNNING,
     SUBMISSIONS,
     TRIALS,
+    TURNS,
     WITHDRAWN,
     Store,
 )
@@ -78,7 +79,8 @@ class Claim:
 def claim(store: Store, lease_s: float = LEASE_S) -> Claim | None:
     """Take the next run; None where there is none.
 
-    Submissions take turns: the one with the fewest runs begun comes first, so that nobody waits for a long one.
+    Teams take turns, however much each has handed in, and so do the submissions of a team: the one with the fewest runs
+    begun comes first, so that none waits for a long one.
     """
     now, lease = time.time(), uuid.uuid4().hex
     rested = or_(TRIALS.c.until.is_(None), TRIALS.c.until < now)
@@ -86,25 +88,30 @@ def claim(store: Store, lease_s: float = LEASE_S) -> Claim | None:
     begun = (
         select(TRIALS.c.submission, func.sum(TRIALS.c.claims).label("begun")).group_by(TRIALS.c.submission).subquery()
     )
+    turns = select(TURNS.c.team, func.max(TURNS.c.id).label("last")).group_by(TURNS.c.team).subquery()
     following = (
-        select(TRIALS.c.id)
+        select(TRIALS.c.id, SUBMISSIONS.c.team)
         .join(begun, begun.c.submission == TRIALS.c.submission)
         .join(SUBMISSIONS, SUBMISSIONS.c.id == TRIALS.c.submission)
+        .outerjoin(turns, turns.c.team == SUBMISSIONS.c.team)
         .where(free)
-        .order_by(begun.c.begun, SUBMISSIONS.c.created, TRIALS.c.id)
+        .order_by(func.coalesce(turns.c.last, 0), begun.c.begun, SUBMISSIONS.c.created, TRIALS.c.id)
         .limit(1)
     )
     while True:
         with store.change() as connection:
-            trial = connection.execute(following).scalar()
-            if trial is None:
+            first = connection.execute(following).first()
+            if first is None:
                 return None
+            trial, team = first
             taken = connection.execute(
                 update(TRIALS)
                 .where(TRIALS.c.id == trial, free)
                 .values(state="running", lease=lease, until=now + lease_s, claims=TRIALS.c.claims + 1)
             )
             if taken.rowcount == 1:  # else another worker was faster
+                connection.execute(delete(TURNS).where(TURNS.c.team == team))
+                connection.execute(insert(TURNS).values(team=team))
                 row = connection.execute(
                     select(TRIALS, SUBMISSIONS.c.kind, SUBMISSIONS.c.file, SUBMISSIONS.c.sha256)
                     .join(SUBMISSIONS, SUBMISSIONS.c.id == TRIALS.c.submission)

@@ -85,6 +85,13 @@ CONDITIONS = Table(
     Column("value", Text, nullable=False),
 )
 """Under what runs were done, the latest last: see `tamp.contest.service.conditions`."""
+TURNS = Table(
+    "turns",
+    META,
+    Column("id", Integer, primary_key=True),
+    Column("team", ForeignKey("teams.id"), nullable=False, index=True),
+)
+"""The latest run of each team that was begun, by a number that rises."""
 PUT_OFF = Table(
     "put_off",
     META,

@@ -31,7 +31,7 @@ from tamp.contest.service.store import TRIALS, Store
 from tamp.contest.service.worker import MOST_CLAIMS, Worker
 from tamp.errors import TampError
 from tamp.results import Result
-from tests.contest.service.served import Service
+from tests.contest.service.served import CODE, Service
 
 
 def test_a_run_that_ends_its_workers_is_given_up(service: Service) -> None:
@@ -175,6 +175,10 @@ def test_teams_take_turns(service: Service) -> None:
     first, second = (service.hand_in(token).json()["id"] for token in (service.ours, service.theirs))
     held = [queue.claim(service.store) for _ in range(4)]
     assert [h.submission for h in held if h is not None] == [first, second, first, second]
+    mine = [first, *(service.hand_in(service.ours, CODE + b"#%d" % n, kind="trial").json()["id"] for n in range(5))]
+    held = [queue.claim(service.store) for _ in range(12)]
+    turns = [h.submission in mine for h in held if h is not None]
+    assert turns == [True, False] * 2 + [True] * 8, "who hands in much bars nobody"
 
 
 def test_the_database_and_the_rules_are_refused_in_a_sentence(tmp_path: Path) -> None:
