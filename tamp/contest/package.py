@@ -22,6 +22,9 @@ ENTRY = "solution"
 LONGEST, LONGEST_PART = 200, 255
 """Of a path in a package [characters], and of a name in it [bytes]."""
 
+COMPILED = "__pycache__"
+"""Folders that are left out: what Python compiled elsewhere, it does not take for that of the files here."""
+
 CHUNK = 1 << 16
 
 PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
@@ -136,7 +139,7 @@ def _elsewhere(folder: Path) -> str:
 def _copy(source: Path, folder: Path, limits: Uploads) -> None:
     total = count = 0
     for path in sorted(source.rglob("*")):
-        if "__pycache__" in path.parts or (path.is_dir() and not path.is_symlink()):
+        if COMPILED in path.parts or (path.is_dir() and not path.is_symlink()):
             continue
         if path.is_symlink() or not path.is_file():
             raise PackageError(f"{path}: is a link or a device; a package holds files only")
@@ -154,8 +157,9 @@ def _unzip(source: Path, folder: Path, limits: Uploads, name: str) -> None:
         if _directory_size(source, name) > limits.files * ENTRY_BYTES:
             raise PackageError(f"{name}: holds more than {limits.files} files and folders")
         with zipfile.ZipFile(source) as archive:
+            entries = [e for e in archive.infolist() if COMPILED not in PurePosixPath(_name_of(e)).parts]
             total = 0
-            for target, entry in _checked(name, archive.infolist(), limits, source.stat().st_size).items():
+            for target, entry in _checked(name, entries, limits, source.stat().st_size).items():
                 total = _write(archive, entry, folder / target, total, limits, name)
     except UNREADABLE as error:
         raise PackageError(f"{name}: is no zip that can be read: {error}") from None

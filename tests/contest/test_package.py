@@ -178,6 +178,14 @@ def test_the_same_name_twice_and_no_module_are_refused(tmp_path: Path) -> None:
         unpack(_zip(tmp_path / "clash.zip", {"solution.py": CODE, "solution.py/x": "y"}), tmp_path / "out3")
 
 
+def test_what_python_compiled_is_left_out_and_does_not_count(tmp_path: Path) -> None:
+    """`pip install --target` compiles: a zip of that held twice as many files."""
+    compiled = {f"lib/__pycache__/m{n}.cpython-311.pyc": b"\0" * 4000 for n in range(30)}
+    source = _zip(tmp_path / "mine.zip", {"solution.py": CODE, "lib/__init__.py": "", **compiled})
+    unpack(source, tmp_path / "out", SMALL)
+    assert sorted(path.name for path in (tmp_path / "out").rglob("*")) == ["__init__.py", "lib", "solution.py"]
+
+
 def test_folders_count_as_files_do(tmp_path: Path) -> None:
     deep = {f"{number}/{'a/' * 90}x": "" for number in range(2)}
     with pytest.raises(PackageError, match="more than 20 files and folders"):
