@@ -21,6 +21,7 @@ from sqlalchemy import (
     UniqueConstraint,
     create_engine,
     event,
+    inspect,
 )
 from sqlalchemy.exc import ArgumentError, DatabaseError, DBAPIError, InterfaceError, OperationalError
 from sqlalchemy.exc import TimeoutError as NoConnectionError
@@ -139,11 +140,19 @@ class Store:
             if self._engine.dialect.name == "sqlite":
                 event.listen(self._engine, "connect", _prepare_sqlite)
                 event.listen(self._engine, "begin", _begin_sqlite)
-            META.create_all(self._engine)
+            self._make_tables()
         except ModuleNotFoundError as error:
             raise TampError(f"the database needs {error.name}: pip install 'tabletop-tamp[postgresql]'") from None
         except (ArgumentError, DBAPIError) as error:
             raise TampError(f"the database cannot be used: {str(error).splitlines()[0]}") from None
+
+    def _make_tables(self) -> None:
+        """Make those that are missing; where several processes find so at once, one after the other looks again."""
+        with self._engine.connect() as connection:
+            there = inspect(connection).get_table_names()
+        if not META.tables.keys() <= set(there):
+            with self._engine.connect().execution_options(writes=True) as connection, connection.begin():
+                META.create_all(connection)
 
     def close(self) -> None:
         """Close all connections."""
@@ -193,7 +202,7 @@ def _told() -> Iterator[None]:
 def _prepare_sqlite(connection: Any, _: Any) -> None:
     connection.isolation_level = None  # transactions begin below, and not where the driver guesses
     cursor = connection.cursor()
-    for pragma in ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON", f"busy_timeout={round(1000 * BUSY_S)}"):
+    for pragma in (f"busy_timeout={round(1000 * BUSY_S)}", "journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON"):
         cursor.execute(f"PRAGMA {pragma}")
     cursor.close()
 

@@ -7,8 +7,10 @@ import logging
 import os
 import re
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -179,6 +181,18 @@ def test_teams_take_turns(service: Service) -> None:
     held = [queue.claim(service.store) for _ in range(12)]
     turns = [h.submission in mine for h in held if h is not None]
     assert turns == [True, False] * 2 + [True] * 8, "who hands in much bars nobody"
+
+
+def test_tables_are_made_by_who_begins_first(tmp_path: Path) -> None:
+    """As where a server and workers begin at once after an upgrade: all but one said that the database is locked."""
+    together = threading.Barrier(6)
+
+    def begin(_: int) -> None:
+        together.wait()
+        Store(f"sqlite:///{tmp_path / 'contest.db'}").close()
+
+    with ThreadPoolExecutor(6) as pool:
+        list(pool.map(begin, range(6)))
 
 
 def test_the_database_and_the_rules_are_refused_in_a_sentence(tmp_path: Path) -> None:
