@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 BENT = 2e-5  # farther from the line between its neighbours a point of a way is a bend; the arm errs by less [m]
 DECIMALS = 5  # of where a way bends [m], so that two arm configurations bring an object the same way
+DISTURBING = 3  # ways in which an object disturbs another one, after which it waits for that to go
 EXACT = 1e-9  # lengths are divided by no less [m]
 
 
@@ -54,7 +55,7 @@ def handling_hits(workspace: Workspace, handling: Handling, others: Mapping[str,
     for name in asked:
         known.setdefault((name, others[name]), None)
     for name in others:
-        if known[name, others[name]] is None and _is_refused(workspace, handling, name, others[name]):
+        if known[name, others[name]] is None and disturbs(workspace, handling, name, others[name]):
             known[name, others[name]] = f"{handling.object} or the hand would take {name} along"
     found = {name: known[name, others[name]] for name in sorted(others)}
     return {name: reason for name, reason in found.items() if reason is not None}
@@ -69,7 +70,25 @@ def learn_refused_beside(workspace: Workspace, handling: Handling, other: str, s
     workspace.cache.learn(_beside_key(handling, grasp, other, standing), True)
 
 
-def _is_refused(workspace: Workspace, handling: Handling, other: str, standing: Placement) -> bool:
+def learn_disturbed(workspace: Workspace, handling: Handling, other: str, standing: Placement) -> None:
+    """Let an object not be let go so again beside another one, which a simulator has seen move by that.
+
+    Where it did so in several ways, it is not let go at that placement at all while the other one stands there.
+    """
+    learn_refused_beside(workspace, handling, other, standing, handling.object)
+    ways = _disturbing(workspace, handling, other, standing)
+    workspace.cache.learn(("disturbed", handling.object, handling.placement, other, standing), ways + 1)
+
+
+def _disturbing(workspace: Workspace, handling: Handling, other: str, standing: Placement) -> int:
+    """In how many ways an object is known to disturb another one as it is let go at a placement."""
+    return workspace.cache.value(("disturbed", handling.object, handling.placement, other, standing), int)
+
+
+def disturbs(workspace: Workspace, handling: Handling, other: str, standing: Placement) -> bool:
+    """Whether an object is known to move another one, or to meet it, as it is handled, though no contact tells."""
+    if _disturbing(workspace, handling, other, standing) >= DISTURBING:
+        return True
     keys = (_beside_key(handling, grasp, other, standing) for grasp in (None, handling.grasp))
     return any(workspace.cache.value(key, lambda: False) for key in keys)
 

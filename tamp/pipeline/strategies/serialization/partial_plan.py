@@ -19,14 +19,14 @@ from tamp.pipeline.options.guard import guarded
 from tamp.pipeline.options.settings import Samplers
 from tamp.pipeline.prepare import Setup
 from tamp.pipeline.strategies.serialization.plan_state import after, begins_at, ending_with, errands
-from tamp.pipeline.strategies.serialization.rehearsal import WORTH, rehearsal
+from tamp.pipeline.strategies.serialization.rehearsal import WORTH, Astray, rehearsal
 from tamp.planning import GroundAction, Problem
 from tamp.scoring.ede import ede, mean_edge
 from tamp.scoring.total_error import shortfall
 from tamp.speculation import presumed
 from tamp.streams.affordances.falls import learn_refused, learn_too_high
 from tamp.streams.affordances.stack_balance import learn_upset
-from tamp.streams.motion.handling_contacts import learn_refused_beside
+from tamp.streams.motion.handling_contacts import learn_disturbed, learn_refused_beside
 from tamp.streams.pushing.push_motion import learn_refused_push
 from tamp.streams.values import Configuration, Handling, Placement, Slide
 from tamp.streams.workspace import Workspace
@@ -141,6 +141,14 @@ def _learn_met(workspace: Workspace, way: Handling, bodies: Sequence[str], stand
             learn_refused_beside(workspace, way, other, standing[other], mover)
 
 
+def _learn_fall(workspace: Workspace, way: Handling) -> None:
+    """Let what falls to its placement not be let go so again, nor from higher up where it falls straight down."""
+    if way.dropped:
+        learn_too_high(workspace, way.object, way.placement, way.let_go)
+    elif way.fall:
+        learn_refused(workspace, way.object, way.placement, way.let_go)
+
+
 def _poses(places: Mapping[str, Placement]) -> dict[str, Pose]:
     return {name: place.pose for name, place in places.items()}
 
@@ -234,7 +242,8 @@ class Progress:
             self._learn(verdict, solution)
             return Outcome(0, str(verdict))
         if (astray := rehearsal(self.now.setup, part, _poses(self.start) if near else None)) is not None:
-            return Outcome(0, astray)
+            self._learn_astray(astray, solution)
+            return Outcome(0, str(astray))
         domain = self.now.setup.domain
         facts = domain.facts_after(self.now.facts, part.actions)
         for fact in sorted(verdict.facts ^ {*facts}):
@@ -309,10 +318,22 @@ class Progress:
         for name in then.keys() - before.keys():
             if wrong.kind == "support":
                 learn_upset(workspace, name, then)
-            elif isinstance(way, Handling) and way.dropped:
-                learn_too_high(workspace, name, way.placement, way.let_go)
-            elif isinstance(way, Handling) and way.fall:
-                learn_refused(workspace, name, way.placement, way.let_go)
+            elif isinstance(way, Handling):
+                _learn_fall(workspace, way)
+
+    def _learn_astray(self, astray: Astray, solution: Sequence[GroundAction]) -> None:
+        """Let no question end again with an object let go where a simulator has it come down elsewhere.
+
+        Nor so that it moves another, nor there at all where it did so a few times, while that other one stands so.
+        """
+        way, off = solution[astray.action].args[-1], astray.deviation
+        if not isinstance(way, Handling):
+            return
+        if off.kind == "misplaced" and off.object == way.object:
+            _learn_fall(self.now.workspace, way)
+        elif off.kind == "disturbed" and off.object != way.object:
+            stands, _ = self.now.setup.domain.after(self.start, self.now.configuration, solution[: astray.action])
+            learn_disturbed(self.now.workspace, way, off.object, stands[off.object])
 
     def checked(self, plan: Plan) -> Verdict | None:
         """The checker's word on a plan that joins the pieces; None where one does not begin where the last one ends.

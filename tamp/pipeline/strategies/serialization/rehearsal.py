@@ -6,13 +6,13 @@ Falls are planned without the hand: what it holds up, or takes along, as it draw
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tamp.execution.executor import execute
-from tamp.execution.log import Execution
+from tamp.execution.log import Deviation, Execution
 from tamp.execution.monitor import Monitor
 from tamp.pipeline.prepare import Setup
 from tamp.pipeline.strategies.serialization.plan_state import after, errands
@@ -30,7 +30,23 @@ BESIDE = 0.08  # what is so near to an object, seen from above, may be met by th
 LENIENT = Monitor(0.03, 0.5, 0.05, 1.0)  # what ends no farther off is corrected once it lies there
 
 
-def rehearsal(setup: Setup, plan: Plan, near: Mapping[str, Pose] | None = None) -> str | None:
+@dataclass(frozen=True)
+class Astray:
+    """What went otherwise than planned.
+
+    Attributes:
+        action: number of the last action of the part that was carried out.
+        deviation: what was off.
+    """
+
+    action: int
+    deviation: Deviation
+
+    def __str__(self) -> str:
+        return f"rehearsed: {self.deviation}"
+
+
+def rehearsal(setup: Setup, plan: Plan, near: Mapping[str, Pose] | None = None) -> Astray | None:
     """What goes astray in the simulator that settles scenes; None where nothing does.
 
     How long an execution may take does not count: a plan that is never carried out has no such limit.
@@ -41,10 +57,14 @@ def rehearsal(setup: Setup, plan: Plan, near: Mapping[str, Pose] | None = None) 
         near: where all objects are before a plan that brings some merely near their goals. It does not matter there
             how they come to rest, if only that is better.
     """
-    for part in with_falls(setup.world.robot, plan):
+    for last, part in with_falls(setup.world.robot, plan):
         run = execute(*among_few(setup, part), monitor=LENIENT, simulator=setup.settings.settling)
-        if run.status == "deviated" and (near is None or not _is_better(setup.task, run, near)):
-            return f"rehearsed: {run.deviation}"
+        if (
+            run.status == "deviated"
+            and run.deviation is not None
+            and (near is None or not _is_better(setup.task, run, near))
+        ):
+            return Astray(last, run.deviation)
     return None
 
 
@@ -85,13 +105,14 @@ def _over(one: Box, other: Box) -> bool:
     return bool((one[0] < other[1]).all() and (other[0] < one[1]).all())
 
 
-def with_falls(robot: RobotModel, plan: Plan) -> Iterator[Plan]:
+def with_falls(robot: RobotModel, plan: Plan) -> Iterator[tuple[int, Plan]]:
     """The parts of a plan in which something falls, each as short as it can be: its hand is empty at both ends.
 
-    Each begins where the plan says that what comes before it ends.
+    Each begins where the plan says that what comes before it ends; the number of its last action comes with it.
     """
     done = 0
     for errand in errands(plan.actions):
         if any(isinstance(step, Fall) for action in errand for step in action.steps):
-            yield replace(after(robot, replace(plan, actions=plan.actions[:done])), actions=errand)
+            before = after(robot, replace(plan, actions=plan.actions[:done]))
+            yield done + len(errand) - 1, replace(before, actions=errand)
         done += len(errand)

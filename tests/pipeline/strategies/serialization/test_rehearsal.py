@@ -17,6 +17,9 @@ from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progres
 from tamp.pipeline.strategies.serialization.plan_state import after, begins_at
 from tamp.pipeline.strategies.serialization.rehearsal import among_few, with_falls
 from tamp.pipeline.strategies.serialization.subproblem import Asker
+from tamp.streams.cache import SampleCache
+from tamp.streams.motion.handling_contacts import DISTURBING, disturbs, learn_disturbed
+from tamp.streams.values import Placement
 from tamp.task import Action, Attachment, Box, Fall, Grip, Object, Plan, Pose, Release, load_robot
 from tamp.task.files.load import load_task
 from tamp.world.geometry.object_geometry import load_geometry
@@ -111,7 +114,7 @@ def test_a_rehearsal_is_of_whole_errands_those_with_falls_and_no_move_before_the
     home = load_robot("panda").home
     actions = tuple(action for i, each in enumerate(falls) for action in errand(i, each))
     plan = Plan("shelf", "panda", 0, start, home, {}, actions)
-    parts = list(with_falls(robot_model(load_robot("panda")), plan))
+    parts = [part for _, part in with_falls(robot_model(load_robot("panda")), plan)]
     rehearsed = [action.arguments[0] for part in parts for action in part.actions if action.name in ("lay", "place")]
     assert rehearsed == [f"thing{i}" for i, each in enumerate(falls) if each]
     for part in parts:
@@ -123,7 +126,8 @@ def test_a_rehearsal_is_of_whole_errands_those_with_falls_and_no_move_before_the
 def test_what_is_far_from_all_that_moves_is_not_in_a_rehearsal_and_what_is_beside_it_is(fallen):
     state, plan = fallen
     piece = state.timed(plan, 0, {})
-    (part,) = with_falls(state.setup.world.robot, piece)
+    ((last, part),) = with_falls(state.setup.world.robot, piece)
+    assert piece.actions[last] == part.actions[-1]
     moved = next(step.object for step in part.steps if isinstance(step, Fall))
     end = after(state.setup.world.robot, part).start[moved]
     table, box = state.setup.task.table, Box((0.05, 0.05, 0.05))
@@ -155,3 +159,25 @@ def test_a_tilted_release_that_the_checker_refuses_is_not_planned_again(monkeypa
     assert Progress(state).take(plan, 0)
     again = Asker(Progress(state), 0, time.monotonic() + 600.0, "adaptive").ask(state.workspace, 30, None).plan
     assert again is None or again[-1].args[-1].let_go != handling.let_go
+
+
+def test_what_a_rehearsal_has_come_down_elsewhere_is_not_let_go_so_again(fallen, monkeypatch):
+    (state, plan), _ = fallen, rehearsing(monkeypatch, "deviated")
+    handling = plan[-1].args[-1]
+    state = replace(state, workspace=replace(state.workspace, cache=SampleCache()))
+    assert Progress(state).take(plan, 0)
+    again = Asker(Progress(state), 0, time.monotonic() + 600.0, "adaptive").ask(state.workspace, 30, None).plan
+    assert again is None or again[-1].args[-1].let_go != handling.let_go
+
+
+def test_an_object_that_disturbs_another_in_a_few_ways_waits_for_that_to_go(fallen):
+    state, plan = fallen
+    handling, standing = plan[-1].args[-1], Placement(Pose((0.5, 0.5, 0.0)), ("table",))
+    workspace = replace(state.workspace, cache=SampleCache())
+    ways = [replace(handling, fall=(Pose((0.0, 0.0, z)), *handling.fall[1:])) for z in (0.2, 0.3, 0.4, 0.5)]
+    for number, way in enumerate(ways):
+        assert disturbs(workspace, way, "other", standing) == (number >= DISTURBING)
+        learn_disturbed(workspace, way, "other", standing)
+        assert disturbs(workspace, way, "other", standing)
+    elsewhere = Placement(Pose((0.6, 0.5, 0.0)), ("table",))
+    assert not disturbs(workspace, ways[0], "other", elsewhere)
