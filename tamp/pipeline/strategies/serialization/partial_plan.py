@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -33,6 +34,7 @@ from tamp.streams.workspace import Workspace
 from tamp.task import Action, Plan, Pose, Release
 
 LEARNED = ("support", "release", "fall", "precondition", "collision", "push")  # problems that are not asked for again
+INEXACT = 2  # so often a piece is refused after which an object can be corrected, for one that is more exact
 SHIFTED = 0.003  # what stands no farther off (EDE) is where it is said to be, and carries as it shall there [m]
 
 
@@ -179,6 +181,7 @@ class Progress:
         blocked: why pieces never came before the checker: a timed motion came too near to something.
         before: for each piece, how many actions came before it, and the state they leave.
         pieces: each as a plan of its own, as the checker has accepted it.
+        inexact: how often a rehearsal had each object end elsewhere, after which a piece was refused.
     """
 
     now: Attempt
@@ -187,6 +190,7 @@ class Progress:
     blocked: list[str] = field(default_factory=list)
     before: list[tuple[int, Attempt]] = field(default_factory=list)
     pieces: list[Plan] = field(default_factory=list)
+    inexact: Counter[str] = field(default_factory=Counter)
 
     @property
     def start(self) -> Mapping[str, Placement]:
@@ -241,7 +245,10 @@ class Progress:
             self.rejections.append(str(verdict))
             self._learn(verdict, solution)
             return Outcome(0, str(verdict))
-        if (astray := rehearsal(self.now.setup, part, _poses(self.start) if near else None)) is not None:
+        for astray in rehearsal(self.now.setup, part, _poses(self.start) if near else None):
+            if astray.correctable and (near or self.inexact[astray.deviation.object] >= INEXACT):
+                continue
+            self.inexact[astray.deviation.object] += 1
             self._learn_astray(astray, solution)
             return Outcome(0, str(astray))
         domain = self.now.setup.domain

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.execution.executor import execute
+from tamp.execution.executor import WATCHFUL, execute
 from tamp.execution.log import Deviation, Execution
 from tamp.execution.monitor import Monitor
 from tamp.pipeline.prepare import Setup
@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 
 WORTH = 0.001  # what is carried out must gain, all objects together [m]
 BESIDE = 0.08  # what is so near to an object, seen from above, may be met by the fingers that open beside it [m]
-LENIENT = Monitor(0.03, 0.5, 0.05, 1.0)  # what ends no farther off is corrected once it lies there
+ROUGH = Monitor(0.03, 0.5)  # what ends no farther off is corrected once it lies there, if no better way is found
+LENIENT = Monitor(WATCHFUL.position, WATCHFUL.angle, slip=0.05, slip_angle=1.0)  # it may lie otherwise in the hand
 
 
 @dataclass(frozen=True)
@@ -42,12 +43,19 @@ class Astray:
     action: int
     deviation: Deviation
 
+    @property
+    def correctable(self) -> bool:
+        """Whether what is off lies so near to where it should that it can be corrected."""
+        off = self.deviation
+        near = off.distance <= ROUGH.position and off.angle <= ROUGH.angle
+        return near and off.kind in ("misplaced", "disturbed")
+
     def __str__(self) -> str:
         return f"rehearsed: {self.deviation}"
 
 
-def rehearsal(setup: Setup, plan: Plan, near: Mapping[str, Pose] | None = None) -> Astray | None:
-    """What goes astray in the simulator that settles scenes; None where nothing does.
+def rehearsal(setup: Setup, plan: Plan, near: Mapping[str, Pose] | None = None) -> Iterator[Astray]:
+    """Yield what goes astray in the simulator that settles scenes.
 
     How long an execution may take does not count: a plan that is never carried out has no such limit.
 
@@ -64,8 +72,7 @@ def rehearsal(setup: Setup, plan: Plan, near: Mapping[str, Pose] | None = None) 
             and run.deviation is not None
             and (near is None or not _is_better(setup.task, run, near))
         ):
-            return Astray(last, run.deviation)
-    return None
+            yield Astray(last, run.deviation)
 
 
 def _is_better(task: Task, run: Execution, before: Mapping[str, Pose]) -> bool:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from tamp.checking import Problem, Verdict
 from tamp.execution.log import Deviation
 from tamp.pipeline.prepare import prepare
-from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
+from tamp.pipeline.strategies.serialization.partial_plan import INEXACT, Attempt, Progress
 from tamp.pipeline.strategies.serialization.plan_state import after, begins_at
 from tamp.pipeline.strategies.serialization.rehearsal import among_few, with_falls
 from tamp.pipeline.strategies.serialization.subproblem import Asker
@@ -43,13 +43,13 @@ def planned(scenario):
     return state, plan
 
 
-def rehearsing(monkeypatch, status):
+def rehearsing(monkeypatch, status, off=(0.07, 0.99)):
     """Let rehearsals end with a status; the list of what is rehearsed."""
     rehearsed = []
 
     def execute(task, plan, **how):
         rehearsed.append(plan)
-        return SimpleNamespace(status=status, deviation=Deviation("book", "misplaced", 0.07, 0.99))
+        return SimpleNamespace(status=status, deviation=Deviation("book", "misplaced", *off))
 
     monkeypatch.setattr("tamp.pipeline.strategies.serialization.rehearsal.execute", execute)
     return rehearsed
@@ -181,3 +181,11 @@ def test_an_object_that_disturbs_another_in_a_few_ways_waits_for_that_to_go(fall
         assert disturbs(workspace, way, "other", standing)
     elsewhere = Placement(Pose((0.6, 0.5, 0.0)), ("table",))
     assert not disturbs(workspace, ways[0], "other", elsewhere)
+
+
+@pytest.mark.parametrize(("distance", "angle", "taken"), [(0.015, 0.3, True), (0.035, 0.3, False), (0.015, 0.6, False)])
+def test_what_can_be_corrected_is_taken_once_more_exact_ways_were_sought(fallen, monkeypatch, distance, angle, taken):
+    (state, plan), _ = fallen, rehearsing(monkeypatch, "deviated", (distance, angle))
+    progress = Progress(state)
+    tried = [progress.take(plan, 0) is None for _ in range(INEXACT + 1)]
+    assert tried == [False] * INEXACT + [taken]
