@@ -85,12 +85,16 @@ class Executor:
 
         self._simulator.on_step = keep
 
-    def carry_out(self, plan: Plan) -> Execution:
+    def carry_out(self, plan: Plan, *, settle: bool = True) -> Execution:
         """Run a plan to its end, or until something is off by more than the monitor tolerates.
 
         A disturbed object stops the plan once the hand is empty: what is held is put down first. An object that the
         fingers missed or lost stops it at once, and so does one that turned between them as it was lifted and would
         now meet others on its way: it is put back. After a stop the hand is drawn out of what it touches.
+
+        Args:
+            plan: from where the arm stands.
+            settle: whether the scene settles at the end where nothing was off, too.
 
         Raises:
             PlanError: where the plan is for other objects or joints, or starts from another arm configuration.
@@ -111,7 +115,8 @@ class Executor:
             if self._simulator.time > self._task.limits.execution_sim_s:
                 status = "timeout"
                 break
-        self._simulator.step(round(SETTLE_S / STEP))
+        if settle or status == "deviated":
+            self._simulator.step(round(SETTLE_S / STEP))
         if status == "deviated":
             self._draw_out()
         return Execution(
@@ -236,6 +241,7 @@ def execute(
     monitor: Monitor | None = WATCHFUL,
     frame_s: float | None = None,
     simulator: str = DEFAULT,
+    settle: bool = True,
 ) -> Execution:
     """Carry out a plan from its own start in a world of its own; see `open_execution` and `Executor.carry_out`."""
     with open_execution(
@@ -248,4 +254,4 @@ def execute(
         frame_s=frame_s,
         simulator=simulator,
     ) as run:
-        return run.carry_out(plan)
+        return run.carry_out(plan, settle=settle)

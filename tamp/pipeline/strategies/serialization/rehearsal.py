@@ -66,7 +66,8 @@ def rehearsal(setup: Setup, plan: Plan, near: Mapping[str, Pose] | None = None) 
             how they come to rest, if only that is better.
     """
     for last, part in with_falls(setup.world.robot, plan):
-        run = execute(*among_few(setup, part), monitor=LENIENT, simulator=setup.settings.settling)
+        few, simulator = among_few(setup, part), setup.settings.settling
+        run = execute(*few, monitor=LENIENT, simulator=simulator, settle=False)
         if (
             run.status == "deviated"
             and run.deviation is not None
