@@ -34,6 +34,9 @@ BUSY_S = 30.0
 OUT_OF_REACH = (OperationalError, InterfaceError, NoConnectionError)
 """Raised where the database does not answer: it is down, a connection was lost, none is to be had, SQLite is locked."""
 
+MAKING_TABLES = 0x7A3B
+"""The number of PostgreSQL's lock that whoever makes tables holds; it means nothing else."""
+
 META = MetaData()
 TEAMS = Table(
     "teams",
@@ -152,6 +155,10 @@ class Store:
             there = inspect(connection).get_table_names()
         if not META.tables.keys() <= set(there):
             with self._engine.connect().execution_options(writes=True) as connection, connection.begin():
+                if (
+                    self._engine.dialect.name == "postgresql"
+                ):  # whose transactions do not wait for each other by themselves
+                    connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({MAKING_TABLES})")
                 META.create_all(connection)
 
     def close(self) -> None:
