@@ -155,9 +155,7 @@ class Store:
             there = inspect(connection).get_table_names()
         if not META.tables.keys() <= set(there):
             with self._engine.connect().execution_options(writes=True) as connection, connection.begin():
-                if (
-                    self._engine.dialect.name == "postgresql"
-                ):  # whose transactions do not wait for each other by themselves
+                if self._engine.dialect.name == "postgresql":  # whose writers do not wait for each other
                     connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({MAKING_TABLES})")
                 META.create_all(connection)
 
