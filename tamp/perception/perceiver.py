@@ -16,7 +16,7 @@ from typing import Any, Protocol
 
 from tamp import clock
 from tamp.errors import PartError, TampError, meant, told
-from tamp.perception.cameras.camera import Frame
+from tamp.perception.cameras.camera import FARTHEST, Frame
 from tamp.perception.estimate import Estimate
 from tamp.perception.rendering.surface import Surface
 from tamp.plugins import imported
@@ -134,6 +134,9 @@ def _unfit(estimate: object) -> str:
         return f"its alternatives are a {type(poses).__name__}, not a tuple of poses"
     if strange := [type(pose).__name__ for pose in poses if not isinstance(pose, Pose)]:
         return f"one of its alternatives is a {strange[0]}, not a Pose"
+    said = [pose for pose in (estimate.pose, *poses) if pose is not None]
+    if any(max(map(abs, pose.xyz)) > FARTHEST for pose in said):
+        return f"one of its poses is over {FARTHEST:g} m away; positions are in metres"
     if not isinstance(sure, Real):
         return f"its confidence is a {type(sure).__name__}, not a number"
     if not 0.0 <= float(sure) <= 1.0:

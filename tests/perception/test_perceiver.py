@@ -156,6 +156,7 @@ def emptying(frames: Any, objects: Any, *, table: Any, seed: int) -> dict[str, E
         (lambda *_, **__: {name: Estimate(None, 0.0, (np.eye(4),)) for name in LOOKS}, "alternatives is a ndarray"),
         (lambda *_, **__: {name: Estimate(Pose((0.0, 0.0, 0.1)), None) for name in LOOKS}, "is a NoneType, not a"),
         (lambda *_, **__: {name: Estimate(Pose(), np.array(0.5)) for name in LOOKS}, "confidence is a ndarray, not"),
+        (lambda *_, **__: {name: Estimate(Pose((0.0, 1e200, 0.0)), 1.0) for name in LOOKS}, "is over 1000 m away; pos"),
         (needing, "raised IndexError: list index out of range at "),
         (painting, "it changed their depth; copy what is changed"),
     ],

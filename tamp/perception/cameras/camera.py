@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 WORLD = "world"
 """The parent of a camera that is not mounted on the robot."""
 
+FARTHEST = 1000.0
+"""No camera and no object is farther from the world's origin along an axis: no task's file allows more [m]."""
+
 BASE_TO_OPTICAL = Pose(quat=(-0.5, 0.5, -0.5, 0.5))
 """`T_base_optical` of a camera body whose x looks forward, y to the left and z up (ROS REP 103)."""
 
@@ -52,8 +55,8 @@ class Intrinsics:
         return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
 
     def scaled(self, factor: float) -> Intrinsics:
-        """The same camera with pictures `factor` times as wide and high."""
-        size = round(self.width * factor), round(self.height * factor)
+        """The same camera with pictures `factor` times as wide and high, of one pixel at least."""
+        size = max(1, round(self.width * factor)), max(1, round(self.height * factor))
         return Intrinsics(*size, *(factor * value for value in (self.fx, self.fy, self.cx, self.cy)))
 
     def rays(self) -> NDArray[np.float32]:
@@ -191,6 +194,8 @@ class CalibrationNoise(CheckedNoise):
     mount_rad: float = 0.002
     view_m: float = 0.0005
     view_rad: float = 0.001
+
+    MOST: ClassVar[Mapping[str, float]] = MappingProxyType({"mount_m": FARTHEST, "view_m": FARTHEST})
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 from tamp.errors import ModelError, RobotError, TaskError, meant
 from tamp.perception.cameras.camera import (
     BASE_TO_OPTICAL,
+    FARTHEST,
     WORLD,
     CalibrationNoise,
     Camera,
@@ -168,6 +169,8 @@ class _Reader:
         if set(row) != {"xyz", "quat"}:
             raise self._error(("pose",), "expected {xyz: [x, y, z], quat: [x, y, z, w]}")
         xyz, quat = (self._numbers(row[key], ("pose", key), n) for key, n in (("xyz", 3), ("quat", 4)))
+        if max(map(abs, xyz)) > FARTHEST:
+            raise self._error(("pose", "xyz"), f"a camera is at most {FARTHEST:g} m away, along each axis")
         try:
             return Pose((xyz[0], xyz[1], xyz[2]), (quat[0], quat[1], quat[2], quat[3]))
         except ValueError as error:

@@ -35,6 +35,11 @@ def test_half_the_size_sees_the_same() -> None:
     assert half.project(point)[0] == pytest.approx(K.project(point)[0] / 2)
 
 
+def test_a_picture_has_a_pixel_however_small_it_is_made() -> None:
+    small = Intrinsics(1, 1, 50.0, 50.0, 0.5, 0.5).scaled(0.5)
+    assert (small.width, small.height) == (1, 1)
+
+
 def test_optical_axes_in_the_body_frame() -> None:
     right, down, forward = BASE_TO_OPTICAL.matrix[:3, :3].T
     assert right == pytest.approx([0, -1, 0])

@@ -81,6 +81,8 @@ def test_a_camera_in_the_world(tmp_path: Path) -> None:
         ("size: [64, 48]", "size: [64, .inf]", "size: expected 2 numbers"),
         ("size: [64, 48]", "size: [64, 1000000]", r"expected \[width, height\] in pixels, 1 to 8192 each"),
         ("quat: [1, 0, 0, 0]", "quat: [0, 0, 0, 0]", "length zero"),
+        ("xyz: [0, 0, 1]", "xyz: [0, 1.0e+300, 1]", r"setup.yaml:4: cameras\[0\].pose.xyz: a camera is at most 1000 m"),
+        ("field_of_view: 0.8", "field_of_view: 0.8\n    calibration: {mount_m: 1.0e+300}", "mount_m: .* at most 1000$"),
         ("quat: [1, 0, 0, 0]", "quat: [1, 0, 0]", r"pose.quat: expected 4 numbers"),
         ("cameras:", "camera:", "expected cameras:"),
         (
