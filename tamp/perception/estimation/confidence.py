@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.perception.estimation.candidates import Candidate
-from tamp.perception.estimation.selection import Selection
+from tamp.perception.estimation.selection import Selection, credit
 from tamp.perception.estimation.verification import CLOSER, Verified
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def confidence(best: Candidate, gain: float, clash: float, ahead: float, goes_on
     """
     seen = (1 - np.exp(-gain / 60)) * (1 - np.exp(-((best.hits / SCRAP) ** 2)))
     clean = np.exp(-8 * best.violations - clash / max(1.0, gain) - (goes_on / GOES_ON) ** 2)
-    own = max(0.0, gain) / max(1.0, float(best.weights.sum()))
+    own = max(0.0, gain) / max(1.0, float(credit(best.weights).sum()))
     return float(np.clip(seen * clean * own**ITS_OWN * (1 - np.exp(-ahead)), 0.0, 1.0))
 
 

@@ -43,6 +43,12 @@ def test_what_explains_nothing_more_is_not_there() -> None:
     assert _chosen([_candidate(0.0, 0, 200)], [_candidate(0.5, 0, 60)]).chosen == [0, -1]
 
 
+def test_a_little_better_on_what_another_explains_is_less_than_what_none_explains() -> None:
+    """Three tenths of 200 points are gained on a surface that is explained by half, for 50 whole points elsewhere."""
+    shaded = [_candidate(0.0, 0, 200, weight=0.5)]
+    assert _chosen(shaded, [_candidate(0.3, 0, 200, weight=0.8), _candidate(0.5, 200, 250)]).chosen == [0, 1]
+
+
 def test_free_space_costs() -> None:
     assert _chosen([_candidate(0.0, 0, 200, free=250.0)], []).chosen == [-1, -1]
 
