@@ -72,8 +72,10 @@ def gives_way(
         gone = max(far, key=lambda name: far[name])
         if far[gone] <= most:
             continue
-        if gone in before.poses and slump(scene, before, gone, most, allow)[gone] > most:
-            continue
+        if gone in before.poses and (was := slump(scene, before, gone, most, allow)[gone]) > 0.0:
+            there = given_way(scene, after, gone, most, allow)[gone]
+            if was > most or scene.displacement(gone, after.poses[gone], there) <= most:
+                continue  # what set out by itself before tells nothing of momentum
         among = ", ".join(sorted(far.keys() - {gone})) or "nothing that holds it"
         sentence = f"{gone} gives way by more than {1000 * most:.0f} mm with what it leans or stands on ({among})"
         yield sentence, (gone,)
