@@ -151,6 +151,11 @@ def _learn_fall(workspace: Workspace, way: Handling) -> None:
         learn_refused(workspace, way.object, way.placement, way.let_go)
 
 
+def _is_laid(way: object) -> bool:
+    """Whether an object is let go tilted, which can be done in many ways."""
+    return isinstance(way, Handling) and bool(way.fall) and not way.dropped
+
+
 def _poses(places: Mapping[str, Placement]) -> dict[str, Pose]:
     return {name: place.pose for name, place in places.items()}
 
@@ -246,7 +251,8 @@ class Progress:
             self._learn(verdict, solution)
             return Outcome(0, str(verdict))
         for astray in rehearsal(self.now.setup, part, _poses(self.start) if near else None):
-            if astray.correctable and (near or self.inexact[astray.deviation.object] >= INEXACT):
+            tries, laid = self.inexact[astray.deviation.object], _is_laid(solution[astray.action].args[-1])
+            if astray.correctable and (near or not laid or tries >= INEXACT):
                 continue
             self.inexact[astray.deviation.object] += 1
             self._learn_astray(astray, solution)
@@ -331,7 +337,7 @@ class Progress:
     def _learn_astray(self, astray: Astray, solution: Sequence[GroundAction]) -> None:
         """Let no question end again with an object let go where a simulator has it come down elsewhere.
 
-        Nor so that it moves another, nor there at all where it did so a few times, while that other one stands so.
+        Nor so that it moves another, nor there at all where it moves that far in a few ways, while that one stands so.
         """
         way, off = solution[astray.action].args[-1], astray.deviation
         if not isinstance(way, Handling):
@@ -340,7 +346,10 @@ class Progress:
             _learn_fall(self.now.workspace, way)
         elif off.kind == "disturbed" and off.object != way.object:
             stands, _ = self.now.setup.domain.after(self.start, self.now.configuration, solution[: astray.action])
-            learn_disturbed(self.now.workspace, way, off.object, stands[off.object])
+            if astray.correctable:
+                learn_refused_beside(self.now.workspace, way, off.object, stands[off.object], way.object)
+            else:
+                learn_disturbed(self.now.workspace, way, off.object, stands[off.object])
 
     def checked(self, plan: Plan) -> Verdict | None:
         """The checker's word on a plan that joins the pieces; None where one does not begin where the last one ends.

@@ -19,7 +19,7 @@ from tamp.pipeline.strategies.serialization.rehearsal import among_few, with_fal
 from tamp.pipeline.strategies.serialization.subproblem import Asker
 from tamp.streams.cache import SampleCache
 from tamp.streams.motion.handling_contacts import DISTURBING, disturbs, learn_disturbed
-from tamp.streams.values import Placement
+from tamp.streams.values import Handling, Placement
 from tamp.task import Action, Attachment, Box, Fall, Grip, Object, Plan, Pose, Release, load_robot
 from tamp.task.files.load import load_task
 from tamp.world.geometry.object_geometry import load_geometry
@@ -189,3 +189,9 @@ def test_what_can_be_corrected_is_taken_once_more_exact_ways_were_sought(fallen,
     progress = Progress(state)
     tried = [progress.take(plan, 0) is None for _ in range(INEXACT + 1)]
     assert tried == [False] * INEXACT + [taken]
+
+
+def test_what_is_dropped_straight_is_taken_where_it_can_be_corrected(fallen, monkeypatch):
+    (state, plan), _ = fallen, rehearsing(monkeypatch, "deviated", (0.015, 0.3))
+    monkeypatch.setattr(Handling, "dropped", property(lambda handling: bool(handling.fall)))
+    assert Progress(state).take(plan, 0) is None
