@@ -19,7 +19,7 @@ from tamp.pipeline.strategies.serialization.rehearsal import among_few, with_fal
 from tamp.pipeline.strategies.serialization.subproblem import Asker
 from tamp.streams.cache import SampleCache
 from tamp.streams.motion.handling_contacts import DISTURBING, disturbs, learn_disturbed
-from tamp.streams.values import Handling, Placement
+from tamp.streams.values import Placement
 from tamp.task import Action, Attachment, Box, Fall, Grip, Object, Plan, Pose, Release, load_robot
 from tamp.task.files.load import load_task
 from tamp.world.geometry.object_geometry import load_geometry
@@ -191,7 +191,7 @@ def test_what_can_be_corrected_is_taken_once_more_exact_ways_were_sought(fallen,
     assert tried == [False] * INEXACT + [taken]
 
 
-def test_what_is_dropped_straight_is_taken_where_it_can_be_corrected(fallen, monkeypatch):
+def test_what_is_not_laid_down_tilted_is_taken_at_once_where_it_can_be_corrected(fallen, monkeypatch):
     (state, plan), _ = fallen, rehearsing(monkeypatch, "deviated", (0.015, 0.3))
-    monkeypatch.setattr(Handling, "dropped", property(lambda handling: bool(handling.fall)))
+    monkeypatch.setattr("tamp.pipeline.strategies.serialization.partial_plan._is_laid", lambda way: False)
     assert Progress(state).take(plan, 0) is None
