@@ -105,7 +105,8 @@ def begin(task: Task, start: Mapping[str, Pose], facts: Iterable[SymbolicFact]) 
     """
     scene, poses = Scene.of(task), {name: start[name].matrix for name in sorted(start)}
     spec = scene.links.tree.spec
-    state = State(poses, np.array(spec.home, dtype=np.float64), spec.gripper.stroke, facts=set(facts))
+    q, stroke = np.array(spec.home, dtype=np.float64), spec.gripper.stroke
+    state = State(poses, q, stroke, facts=set(facts), began=dict(poses))
     note_stayed(scene, state, DEFAULT)
     return state
 
@@ -116,7 +117,8 @@ def _begun(
     """A plan before its first action, its start judged."""
     poses = {name: plan.start[name].matrix for name in sorted(plan.start)}
     opening = scene.links.tree.spec.gripper.stroke if start is None else None
-    replay = Replay(scene, State(poses, np.array(plan.home, dtype=np.float64), opening, facts=facts), allow)
+    q = np.array(plan.home, dtype=np.float64)
+    replay = Replay(scene, State(poses, q, opening, facts=facts, began=dict(poses)), allow)
     check_start(replay, start)
     check_home(replay, known=start is not None)
     return replay

@@ -149,6 +149,7 @@ class State:
 
     Attributes:
         poses: object -> T_world_object, shape (4, 4).
+        began: object -> where it stood before anything moved; empty where that is not known.
         q: arm configuration [rad].
         opening: distance between the pads [m]; None where nobody knows it until the first motion says it.
         held: what the gripper holds, or None.
@@ -194,6 +195,7 @@ class State:
     given: dict[str, Given] = field(default_factory=dict)
     follows: dict[str, Array] = field(default_factory=dict)
     came: set[str] = field(default_factory=set)
+    began: Mapping[str, Array] = field(default_factory=dict)
     touching: dict[tuple[str, str], tuple[Array, Array, Patch | None]] = field(default_factory=dict, repr=False)
 
     def aside(self, name: str, under: Iterable[str] = ()) -> float:
@@ -208,6 +210,10 @@ class State:
         """The same with all objects, or some of them, where they stay at the start though said to stand elsewhere."""
         moved = {name: T for name, T in self.stayed.items() if name in self.poses and (not names or name in names)}
         return replace(self, poses={**self.poses, **moved}, touching={})
+
+    def unmoved(self, name: str) -> bool:
+        """Whether an object stands where it did before anything moved."""
+        return name in self.began and np.array_equal(self.began[name], self.poses[name])
 
     def copy(self) -> State:
         """The same, to be changed by itself; poses, and what else is replaced and never changed, are shared."""

@@ -7,9 +7,13 @@ import pytest
 
 from tamp.checking import check
 from tamp.checking.actions.arm_motion import finger_touches
+from tamp.checking.check import begin
+from tamp.checking.geometry.solids import Solid, clearance
+from tamp.checking.geometry.transforms import inverse
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
 from tamp.task import Action, Box, Cylinder, Move, Object, Plan, Pose, Sphere, Task, load_robot
+from tamp.task.mesh.parts import parts
 from tests.checking.handmade import DOWN, OPEN, Hand, above, solve_ik, two_boxes
 
 HOME = two_boxes()[1].home
@@ -98,3 +102,24 @@ def test_fingers_that_swing_as_they_close_do_not_press_on_the_table(lower, jams)
     state = State({"red": shelf.objects[0].pose.matrix}, q, stroke)
     touched = {touch.bodies[0] for touch in finger_touches(scene, state, stroke, 0.0, {}, DEFAULT)}
     assert touched == ({"table"} if jams else set())
+
+
+@pytest.mark.parametrize("put_there", [False, True])
+def test_the_base_pushes_nothing_that_has_leant_on_it_all_the_while(put_there):
+    """What comes to rest against the base is a little in it; no plan began from there."""
+    ball = Object("red", Sphere(0.03), Pose((0.0, 0.0, 0.03)))
+    links = Scene.of(Task("base", (ball,))).links
+    (base,) = (solid for solid in links.solids if solid.name == "panda_link0")
+    body, T_base = Solid.of("red", parts(ball.shape)), links.tree.spec.T_world_base.matrix
+    near, far = T_base[0, 3], 0.0
+    for _ in range(30):
+        x = (near + far) / 2
+        T = Pose((x, 0.0, 0.03)).matrix
+        near, far = (x, far) if clearance(base, body, inverse(T_base) @ T, 0.0) < -0.0005 else (near, x)
+    task = Task("base", (replace(ball, pose=Pose((x, 0.0, 0.03))),))
+    start = {"red": task.objects[0].pose}
+    way = Hand(HOME).free(Pose((0.2, 0.2, 0.3), DOWN))
+    plan = Plan("base", "panda", 0, start, HOME, {}, (Action("move", (), (Move("transit", way, OPEN),)),))
+    state = begin(task, start, ())
+    verdict = check(task, plan, start=start, after=replace(state, began={}) if put_there else state)
+    assert any("panda_link0 pushes red" in problem.sentence for problem in verdict.problems) == put_there

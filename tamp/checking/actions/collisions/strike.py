@@ -83,7 +83,8 @@ def pushed_over(
     """What moves, and objects that it pushes, though within tolerance, and that roll on by themselves, or tip over.
 
     What it leaves, or comes to, it pushes where it is deeper in it than at rest. Where it pressed on something as the
-    last motion ended, it goes on from there. What is astray is asked about where all that is so is.
+    last motion ended, it goes on from there. What is astray is asked about where all that is so is. The robot's base
+    pushes nothing that has leant on it all the while.
 
     Args:
         scene: the world.
@@ -98,6 +99,8 @@ def pushed_over(
     for still, mover, depth in pressed:
         name = still.solid.name
         if name not in state.poses or name in met:
+            continue
+        if mover.solid.name in scene.links.fixed and state.unmoved(name):
             continue
         deep = depth - allow.collision + presses_from(still, mover, allow)
         pair, there = (mover.solid.name, mover.astray, name, still.astray), truth if still.astray else state
