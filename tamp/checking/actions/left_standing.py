@@ -16,7 +16,7 @@ from tamp.checking.physics.round_bodies.perching import on_rollers, perched, pre
 from tamp.checking.physics.round_bodies.rocking import rocked
 from tamp.checking.physics.stacks import over_edge, stack_of, upset
 from tamp.checking.physics.support import balanced, carriers, slumps, unrest
-from tamp.checking.physics.yielding import gives_way, slump, unbalanced
+from tamp.checking.physics.yielding import given_way, gives_way, unbalanced
 from tamp.checking.scene import TABLE, Given
 
 if TYPE_CHECKING:
@@ -177,8 +177,8 @@ def _goes_on(scene: Scene, state: State, name: str, most: float, allow: Toleranc
     """Whether an object that comes down on others, which stay, slides or turns on by more than `most` [m].
 
     Its own shape says where it touches them. How near that is nobody knows for certain, so that it must go on by what
-    is nearest alone as well as by all that is `firm`, and though friction were `STICKIER`. What is round is held by
-    facets that it has not: it is not asked.
+    is nearest alone as well as by all that is `firm`, and though friction were `STICKIER`, from rest at each step. What
+    is round is held by facets that it has not: it is not asked.
     """
     if round_axes(scene, state, name):
         return False
@@ -186,7 +186,8 @@ def _goes_on(scene: Scene, state: State, name: str, most: float, allow: Toleranc
     things = (replace(thing, friction=STICKIER * thing.friction) for thing in scene.task.objects)
     sticky = replace(scene, task=replace(scene.task, objects=tuple(things)))
     for bodies, gap in product((scene, sticky), (allow.touching, allow.firm)):
-        if slump(bodies, lowered, name, most, replace(allow, standing=gap), others)[name] <= most:
+        end = given_way(bodies, lowered, name, most, replace(allow, standing=gap), others)[name]
+        if scene.displacement(name, lowered.poses[name], end) <= most:
             return False
     return True
 
