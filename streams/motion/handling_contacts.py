@@ -71,7 +71,7 @@ def learn_refused_beside(workspace: Workspace, handling: Handling, other: str, s
 
 
 def learn_disturbed(workspace: Workspace, handling: Handling, other: str, standing: Placement) -> None:
-    """Let an object not be let go so again beside another one, which a simulator has seen move by that.
+    """Let an object not be let go so again beside another one, which it moves or meets by that, as somebody has seen.
 
     Where it did so in several ways, it is not let go at that placement at all while the other one stands there.
     """

@@ -139,7 +139,11 @@ class Attempt:
 def _learn_met(workspace: Workspace, way: Handling, bodies: Sequence[str], standing: Mapping[str, Placement]) -> None:
     """Let an object not be handled again where one of two bodies meets the other, if one of them stands there."""
     for mover, other in (bodies, bodies[::-1]) if len(bodies) == 2 else ():
-        if other != way.object and other in standing:
+        if other == way.object or other not in standing:
+            continue
+        if mover == way.object:
+            learn_disturbed(workspace, way, other, standing[other])
+        else:
             learn_refused_beside(workspace, way, other, standing[other], mover)
 
 
