@@ -128,6 +128,11 @@ class Handling:
         """Whether the object falls straight down while the hand is still there."""
         return bool(self.fall) and falls_straight(self.let_go, self.placement.pose)
 
+    @property
+    def laid(self) -> bool:
+        """Whether the object is let go tilted, and falls flat once the hand is away."""
+        return bool(self.fall) and not self.dropped
+
     def __str__(self) -> str:
         return f"handling of {self.object}"
 

@@ -56,7 +56,7 @@ def _put_down(timing: Timing, handling: Handling) -> Iterator[Step]:
     if handling.dropped:
         yield _fall(timing, handling)
     yield timing.move("retreat", handling.approach[::-1], handling.opening, touching=handling.object)
-    if handling.fall and not handling.dropped:
+    if handling.laid:
         yield _fall(timing, handling)
 
 

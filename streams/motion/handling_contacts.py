@@ -75,6 +75,8 @@ def learn_disturbed(workspace: Workspace, handling: Handling, other: str, standi
 
     Where it did so in several ways, it is not let go at that placement at all while the other one stands there.
     """
+    if disturbs(workspace, handling, other, standing):
+        return
     learn_refused_beside(workspace, handling, other, standing, handling.object)
     ways = _disturbing(workspace, handling, other, standing)
     workspace.cache.learn(("disturbed", handling.object, handling.placement, other, standing), ways + 1)

@@ -151,13 +151,8 @@ def _learn_fall(workspace: Workspace, way: Handling) -> None:
     """Let what falls to its placement not be let go so again, nor from higher up where it falls straight down."""
     if way.dropped:
         learn_too_high(workspace, way.object, way.placement, way.let_go)
-    elif way.fall:
+    elif way.laid:
         learn_refused(workspace, way.object, way.placement, way.let_go)
-
-
-def _is_laid(way: object) -> bool:
-    """Whether an object is let go tilted, which can be done in many ways."""
-    return isinstance(way, Handling) and bool(way.fall) and not way.dropped
 
 
 def _poses(places: Mapping[str, Placement]) -> dict[str, Pose]:
@@ -255,8 +250,9 @@ class Progress:
             self._learn(verdict, solution)
             return Outcome(0, str(verdict))
         for astray in rehearsal(self.now.setup, part, _poses(self.start) if near else None):
-            tries, laid = self.inexact[astray.deviation.object], _is_laid(solution[astray.action].args[-1])
-            if astray.correctable and (near or not laid or tries >= INEXACT):
+            way, tries = solution[astray.action].args[-1], self.inexact[astray.deviation.object]
+            many_ways = isinstance(way, Handling) and way.laid
+            if astray.correctable and (near or not many_ways or tries >= INEXACT):
                 continue
             self.inexact[astray.deviation.object] += 1
             self._learn_astray(astray, solution)
@@ -311,10 +307,7 @@ class Progress:
         Nor with one that is handled where it says that what stands there is met, or taken along, nor pushed so again.
         """
         wrong, after = verdict.problems[0], self.now.setup.domain.after
-        if (
-            wrong.kind not in ("support", "release", "fall", "precondition", "collision", "push")
-            or wrong.action is None
-        ):
+        if wrong.kind not in LEARNED or wrong.action is None:
             return
         last = wrong.action
         before, then = (after(self.start, self.now.configuration, solution[:n])[0] for n in (last, last + 1))
