@@ -173,12 +173,23 @@ class Board:
         """One submission; None where there is none of that number."""
         return next(iter(progress(self._store, SUBMISSIONS.c.id == number)), None)
 
-    def export(self) -> dict[str, Any]:
-        """Everything that is recorded of all submissions, without tokens, logs and packages."""
+    def export(self, team: str) -> dict[str, Any]:
+        """All results of the contest's submissions, and of a team's own trials, without tokens, logs and packages.
+
+        What files are called, and what came of runs in words, is for their team alone. What a result says of single
+        objects would tell what a hidden task is made of; it waits until they are revealed.
+        """
         rows = []
         for submission in self.submissions():
-            results = [json.loads(to_json(result)) for result in self.results(submission.id)]
-            rows.append({**vars(submission), "state": submission.state, "results": results})
+            own, contest = submission.team == team, submission.kind == "contest"
+            if not own and not contest:
+                continue
+            hidden: dict[str, Any] = {} if own else {"message": ""}
+            if contest and not self._contest.rules.reveal:
+                hidden |= {"objects": [], "goals_met": {}}
+            results = [json.loads(to_json(result)) | hidden for result in self.results(submission.id)]
+            said = vars(submission) if own else {**vars(submission), "file": ""}
+            rows.append({**said, "state": submission.state, "results": results})
         return {"contest": self._contest.rules.name, "submissions": rows}
 
 
