@@ -24,13 +24,13 @@ def lies_down(world: World, name: str) -> str | None:
     body, T = world.bodies[name], world.poses[name]
     if not isinstance(world.task.object(name).shape, Mesh) or len(body.planes) < 2:
         return None
-    lowered = _raised(T, -TOUCHING)
+    lowered = raised_by(T, -TOUCHING)
     under = {o: at for o, at in world.others(name).items() if depth(body, lowered, world.bodies[o], at) > 0.0}
     if not under:
         return None
     drawn = np.random.default_rng(0).uniform(*body.box, (POINTS, 3))
     middle = drawn[within(body, np.eye(4), drawn)].mean(axis=0)
-    begins = _raised(T, _clear(world, body, T, under))
+    begins = raised_by(T, up_to_touch(world, body, T, under))
     for way in np.linspace(0.0, 2 * np.pi, WAYS, endpoint=False):
         axis, last = np.array([np.cos(way), np.sin(way), 0.0]), float(begins[2, :3] @ middle + begins[2, 3])
         high = last
@@ -38,7 +38,7 @@ def lies_down(world: World, name: str) -> str | None:
             turned = begins.copy()
             turned[:3, :3] = Rotation.from_rotvec(axis * tilt).as_matrix() @ begins[:3, :3]
             turned[:3, 3] += (begins[:3, :3] - turned[:3, :3]) @ middle
-            turned = _raised(turned, _clear(world, body, turned, under))
+            turned = raised_by(turned, up_to_touch(world, body, turned, under))
             height = float(turned[2, :3] @ middle + turned[2, 3])
             if height >= last:
                 break
@@ -49,17 +49,18 @@ def lies_down(world: World, name: str) -> str | None:
     return None
 
 
-def _raised(T: np.ndarray, by: float) -> np.ndarray:
+def raised_by(T: np.ndarray, by: float) -> np.ndarray:
+    """A pose, moved up [m]."""
     raised = T.copy()
     raised[2, 3] += by
     return raised
 
 
-def _clear(world: World, body: Body, T: np.ndarray, under: Mapping[str, np.ndarray]) -> float:
+def up_to_touch(world: World, body: Body, T: np.ndarray, under: Mapping[str, np.ndarray]) -> float:
     """How far a body at T must go up, or may come down, to just touch others, each where it stands [m]."""
     low, high = -0.05, 0.05
     for _ in range(13):
         half = (low + high) / 2
-        meets = any(depth(body, _raised(T, half), world.bodies[o], at) > 0.0 for o, at in under.items())
+        meets = any(depth(body, raised_by(T, half), world.bodies[o], at) > 0.0 for o, at in under.items())
         low, high = (half, high) if meets else (low, half)
     return high

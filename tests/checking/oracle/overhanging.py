@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tests.checking.oracle.bodies import Body, within
-from tests.checking.oracle.lying import _clear, _raised
+from tests.checking.oracle.lying import raised_by, up_to_touch
 from tests.checking.oracle.world import World
 
 TOUCHING = 0.001  # points nearer to another body than this touch it [m]
@@ -18,7 +18,7 @@ WAYS = 72
 def tips_off(world: World, name: str) -> str | None:
     """That an object's middle is beside all that it touches, which is all at one height; or None."""
     body, T = world.bodies[name], world.poses[name]
-    T = _raised(T, _clear(world, body, T, world.others(name)))  # as it stands once it has come down
+    T = raised_by(T, up_to_touch(world, body, T, world.others(name)))  # as it stands once it has come down
     touching, under = [np.zeros((0, 3))], []
     for other, at in world.others(name).items():
         points = np.vstack([_near(body, T, world.bodies[other], at), _near(world.bodies[other], at, body, T)])

@@ -1,4 +1,4 @@
-"""The same of cups, mugs, pails, jars, plates and bowls, which are of several convex pieces that bulge."""
+"""Heaps as in `heaps`, of cups, mugs, pails, jars, plates and bowls, which are of several convex pieces that bulge."""
 
 from __future__ import annotations
 

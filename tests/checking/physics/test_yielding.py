@@ -23,24 +23,19 @@ def slumped(*objects: Object, most: float = 0.1) -> dict[str, float]:
     return slump(scene, state, objects[0].name, most, replace(DEFAULT, standing=DEFAULT.touching))
 
 
-@pytest.mark.parametrize("title", TAKEN_FROM_LEANING)
-def test_what_leans_on_each_other_gives_way_when_one_is_taken(title):
-    assert any("gives way" in sentence for sentence in said(check_uncovered, TAKEN_FROM_LEANING[title]))
+def heaps(*named):
+    """Heaps by their titles, as a test's parameters."""
+    return [pytest.param(heap, id=title) for group in named for title, heap in group.items()]
 
 
-@pytest.mark.parametrize("title", PUT_ON_LEANING)
-def test_what_is_put_on_what_does_not_hold_it_goes_on(title):
-    assert said(check_rest, PUT_ON_LEANING[title])
+@pytest.mark.parametrize("heap", heaps(TAKEN_FROM_LEANING, TAKEN_FROM_HOLLOW))
+def test_what_leans_on_others_gives_way_when_one_is_taken(heap):
+    assert any("gives way" in sentence for sentence in said(check_uncovered, heap))
 
 
-@pytest.mark.parametrize("title", TAKEN_FROM_HOLLOW)
-def test_what_leans_on_something_hollow_gives_way_with_the_momentum_that_it_gains(title):
-    assert any("gives way" in sentence for sentence in said(check_uncovered, TAKEN_FROM_HOLLOW[title]))
-
-
-@pytest.mark.parametrize("title", PUT_ON_HOLLOW)
-def test_what_is_put_on_something_hollow_is_not_pinched_by_its_pieces(title):
-    assert said(check_rest, PUT_ON_HOLLOW[title])
+@pytest.mark.parametrize("heap", heaps(PUT_ON_LEANING, PUT_ON_HOLLOW))
+def test_what_is_put_on_what_does_not_hold_it_goes_on(heap):
+    assert said(check_rest, heap)
 
 
 @given(yaw=st.floats(-3.0, 3.0), count=st.integers(1, 4), seed=st.integers(0, 10_000))
