@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import re
 import secrets
 import time
 import unicodedata
@@ -12,13 +11,11 @@ from dataclasses import dataclass
 from sqlalchemy import insert, select, update
 from sqlalchemy.exc import IntegrityError
 
+from tamp.contest.service.lookalikes import alike, misleading
 from tamp.contest.service.store import TEAMS, Store
 from tamp.errors import TampError, meant
 
 LONGEST = 60
-
-UNSEEN = re.compile("[\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180f\u2800\u3164\ufe00-\ufe0f\uffa0\U000e0100-\U000e01ef]")
-"""Letters, marks and symbols that are not drawn: what Unicode calls default ignorable, and the empty Braille one."""
 
 
 @dataclass(frozen=True)
@@ -38,18 +35,21 @@ def add_team(store: Store, name: str) -> str:
     """Add a team; its token, which nobody can look up later.
 
     Raises:
-        TampError: where the name is taken, or looks like one that is, is empty, too long, or holds characters that
-            cannot be seen.
+        TampError: where the name is taken, or looks like one that is, is empty, too long, mixes scripts in a word, or
+            holds characters that cannot be seen.
     """
     name = _kept(name)
-    if not _plain(name) or len(name) > LONGEST or any(unicodedata.category(c)[0] in "CZ" and c != " " for c in name):
+    mine = alike(name)
+    if "" in mine or len(name) > LONGEST or any(unicodedata.category(c)[0] in "CZ" and c != " " for c in name):
         raise TampError(f"a team's name has 1 to {LONGEST} characters that can be seen, and spaces between them")
+    if wrong := misleading(name):
+        raise TampError(wrong)
     token = secrets.token_urlsafe(32)
     try:
         with store.change() as connection:
-            others = {_plain(other): other for other in connection.execute(select(TEAMS.c.name)).scalars()}
-            if others.get(_plain(name), name) != name:
-                raise TampError(f"{name!r} looks like the team {others[_plain(name)]!r}, which there is already")
+            for other in connection.execute(select(TEAMS.c.name)).scalars():
+                if other != name and mine & alike(other):
+                    raise TampError(f"{name!r} looks like the team {other!r}, which there is already")
             connection.execute(insert(TEAMS).values(name=name, token_sha256=_hash(token), created=time.time()))
     except IntegrityError:
         raise TampError(f"there is a team called {name!r} already") from None
@@ -59,11 +59,6 @@ def add_team(store: Store, name: str) -> str:
 def _kept(name: str) -> str:
     """A name as the database has it, however it was typed: accents are one character with their letter."""
     return unicodedata.normalize("NFC", name).strip()
-
-
-def _plain(name: str) -> str:
-    """A name without what hardly tells it apart: capitals, widths, ligatures, how many spaces, what cannot be seen."""
-    return " ".join(UNSEEN.sub("", unicodedata.normalize("NFKC", name)).casefold().split())
 
 
 def renew_token(store: Store, name: str) -> str:
@@ -106,9 +101,9 @@ def carry_teams(source: Store, store: Store) -> int:
         rows = connection.execute(select(TEAMS.c.name, TEAMS.c.token_sha256).order_by(TEAMS.c.id)).all()
     with store.change() as connection:
         there = connection.execute(select(TEAMS.c.name, TEAMS.c.token_sha256)).all()
-        taken = {_plain(row.name) for row in there}
+        taken = frozenset[str]().union(*(alike(row.name) for row in there))
         new = [row for row in rows if tuple(row) not in map(tuple, there)]
-        if clash := [row.name for row in new if _plain(row.name) in taken]:
+        if clash := [row.name for row in new if alike(row.name) & taken]:
             raise TampError(f"there are other teams called {', '.join(clash)} or nearly so; nothing was changed")
         for row in new:
             connection.execute(insert(TEAMS).values(**row._mapping, created=time.time()))

@@ -76,6 +76,41 @@ def test_names_that_look_like_a_teams_are_refused(service: Service) -> None:
         add_team(service.store, "ours")
 
 
+@pytest.mark.parametrize(
+    ("name", "like"),
+    [
+        ("Nano B1", "\u039d\u0391\u039d\u039f \u0412l"),  # Greek and Cyrillic capitals
+        ("copy 10", "\u0441\u043e\u0440\u0443 I0"),
+        ("Lodz", "\u0141\u00f3d\u017a"),
+        ("modern-1", "modem\u2013l"),
+        ("oak's", "\u00d8\u0430\u043a\u2019\u0455"),
+        ("\u529b\u58eb", "\u30ab\u58eb"),  # Han and Katakana
+    ],
+)
+def test_letters_that_are_drawn_alike_tell_no_teams_apart(service: Service, name: str, like: str) -> None:
+    add_team(service.store, name)
+    with pytest.raises(TampError, match=rf"looks like the team {name!r}|mixes letters of Cyrillic and Latin"):
+        add_team(service.store, like)
+
+
+def test_a_word_of_a_teams_name_is_in_one_script(service: Service) -> None:
+    for name in ("\u043eurs too", "te\u03b1m", "Team \u09ea", "\u13aaB"):
+        with pytest.raises(TampError, match=r"is in one script|not in general use"):
+            add_team(service.store, name)
+    honest = (
+        "\u041a\u043e\u043c\u0430\u043d\u0434\u0430 ML 2",
+        "\u6a21\u578b\u30c1\u30fc\u30e0 A",
+        "\u0939\u093f\u0928\u094d\u0926\u0940",
+        "\ub85c\ubd07 Lab",
+        "\u02bbOkina",
+        "C3-PO & R2-D2",
+        "\U0001f916 bots",
+        "\u0e44\u0e17\u0e22 \u0e51",
+    )
+    for name in honest:
+        add_team(service.store, name)
+
+
 def test_what_is_no_upload_is_small(service: Service) -> None:
     answer = service.client.post("/api/session", json={"token": "x" * 10_000})
     assert answer.status_code == 413 and "content-security-policy" in answer.headers
