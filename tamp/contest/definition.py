@@ -99,5 +99,5 @@ def _of_scope(scope: ast.AST) -> Iterator[ast.AST]:
 if __name__ == "__main__":
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     resource.setrlimit(resource.RLIMIT_CPU, (PROCESSOR_S, PROCESSOR_S))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_CORE, (1, 1))  # by 0, the machine's program for core files would be started
     print(lacking(Path(sys.argv[1]).read_bytes()))

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-from tamp.contest import samples
+from tamp.contest import definition, samples
 from tamp.contest.definition import LACKING, lacking, objection
 
 RUN = "    def run(self, goal, robot): ...\n"
@@ -80,3 +83,12 @@ def test_nothing_of_it_is_run(tmp_path: Path) -> None:
     assert objection(tmp_path / "a.py") == LACKING and not (tmp_path / "ran").exists()
     (tmp_path / "a.py").rename(tmp_path / "__init__.py")
     assert objection(tmp_path / "__init__.py") == f"{LACKING}; import it there from where it is"
+
+
+def test_where_what_is_read_ends_the_interpreter_no_program_for_core_files_is_started(tmp_path: Path) -> None:
+    """That program runs as root, and outside of all limits, where a machine has one; by a limit of 1 there is none."""
+    os.mkfifo(tmp_path / "a.py")
+    command = [sys.executable, "-I", "-S", definition.__file__, str(tmp_path / "a.py")]
+    with subprocess.Popen(command) as reader, (tmp_path / "a.py").open("wb"):  # it reads now, and until this is closed
+        limits = Path(f"/proc/{reader.pid}/limits").read_text()
+    assert re.search(r"Max core file size +1 ", limits)

@@ -45,7 +45,7 @@ LIMITED += (
     "impossible_array",
 )
 LIMITED += ("escapes_terminal", "raises_in_words", "half_characters", "far_away", "begins_again", "hidden_processor")
-LIMITED += ("leaves_in_backlog", "stands_still", "lies_about_time")
+LIMITED += ("fills_pipes", "leaves_in_backlog", "stands_still", "lies_about_time")
 """Solutions that limits and protocol stop, whatever the walls are made of: one sandbox is enough."""
 
 HOSTILE = sorted(path for path in (Path(__file__).parent / "hostile").glob("*.py") if path.stem != "__init__")
@@ -317,3 +317,17 @@ def test_what_was_printed_before_a_run_is_stopped_is_read_in_its_order(sandbox: 
     ending, output = run_in(sandbox, tmp_path / "solution.py", tmp_path / "run")
     assert ending.reason == "died"
     assert output.decode().split() == ["one", "two", "three"]
+
+
+@pytest.mark.parametrize(
+    "close", ["sys.stdout.close(); sys.stderr.close()", "sys.stderr = sys.stdout = 3", "os.closerange(0, 3)"]
+)
+@pytest.mark.parametrize(("last", "reason"), [("", "finished"), ("raise KeyError(5)", "raised")])
+def test_who_closes_what_is_printed_to_ends_as_others_do(
+    close: str, last: str, reason: str, sandbox: Sandbox, tmp_path: Path
+) -> None:
+    (tmp_path / "solution.py").write_text(
+        "import os, sys\n\nclass Solution:\n    def run(self, goal, robot):\n"
+        f"        print('x', end=''); {close}\n        {last}\n"
+    )
+    assert run_in(sandbox, tmp_path / "solution.py", tmp_path / "run")[0].reason == reason

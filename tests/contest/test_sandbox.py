@@ -66,13 +66,13 @@ def test_what_does_not_let_itself_be_looked_into_is_taken_to_hold_as_many_socket
 ) -> None:
     """Of an ordinary user's processes, those that cannot be traced do not show their descriptors."""
 
-    def unseen(_: int) -> set[str]:
+    def unseen(_: int) -> dict[int, set[tuple[int, int]]]:
         raise PermissionError
 
     pair = socket.socketpair()
     seen = process.usage([os.getpid()], {})[2]
     with monkeypatch.context() as patch:
-        patch.setattr(process, "_sockets", unseen)
+        patch.setattr(process, "_open", unseen)
         assert process.usage([os.getpid()], {})[2] - seen > 32 * process._queue()
     for end in pair:
         end.close()

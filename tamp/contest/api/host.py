@@ -14,6 +14,7 @@ import socket
 import sys
 import traceback
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -68,7 +69,8 @@ def main(arguments: str) -> int:
         if given["run"]:
             solution.run(goal, robot)
     except BaseException as error:  # whatever it is, its owner wants to read it, and the server to know
-        traceback.print_exc()
+        with suppress(Exception):  # it may have closed where that is printed
+            traceback.print_exc()
         _tell(connection, "raised", error=_said(error, Path(given["solution"]), given["libraries"]))
         return 1
     _tell(connection, "finished")
@@ -171,8 +173,9 @@ def _beside(error: BaseException, folder: Path) -> str:
 
 
 def _tell(connection: Connection, kind: str, **fields: str) -> None:
-    sys.stdout.flush()
-    sys.stderr.flush()
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(Exception):
+            stream.flush()
     try:
         connection.tell(kind, **fields)
     except Disconnected:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import stat
 import subprocess
 import threading
 import time
@@ -30,10 +31,20 @@ MOST_FILES = 100_000
 MAPPING_BYTES = 256
 """What the kernel keeps of each mapping of a process's memory, however small; no process is charged for it."""
 
+HUGE = (b"Private_Hugetlb:", b"Shared_Hugetlb:")
+"""Pages of which a machine may have set some aside, which are in no set size."""
+
+MOST_PIPES = 256
+"""Each may take 16 of the 16,384 pages that there are for all pipes of a user (/proc/sys/fs/pipe-user-pages-soft), the
+server's and other runs' included, which hold two pages each once these are taken."""
+
 QUEUE = Path("/proc/sys/net/core/wmem_default")
 """What a socket may hold of what was sent and not read [bytes]: memory that no process is charged for."""
 
 TICKS = os.sysconf("SC_CLK_TCK")
+
+Descriptor = tuple[int, int]
+"""What is open, by its device and number."""
 
 Spent = dict[tuple[int, bytes], int]
 """A process by its number and start -> the processor time it was last seen to have used itself [ticks]."""
@@ -178,13 +189,15 @@ class SandboxedProcess:
         self._idle_looks += not (self._waits_for_us or any(_computes(pid) for pid in tree))
         if self._idle_looks * LOOK_S > self._limits.idle_s:
             self.stop(Ending("idle", f"did nothing for {self._limits.idle_s:g} s of real time, all in all"))
-        processes, processor, memory = usage(tree, self._spent)
+        processes, processor, memory, pipes = usage(tree, self._spent)
         if processor > self._limits.processor_s:
             self.stop(Ending("processor", f"used more than {self._limits.processor_s:g} s of processor time"))
         if memory > self._limits.memory_mb << 20:
             self.stop(Ending("memory", f"used more than {self._limits.memory_mb} MiB"))
         if processes > self._limits.processes:
             self.stop(Ending("processes", f"started more than {self._limits.processes} processes and threads"))
+        if pipes > MOST_PIPES:
+            self.stop(Ending("memory", f"opened more than {MOST_PIPES} pipes"))
         if any(_files_made(pid) > MOST_FILES for pid in tree):  # any of them may just have ended
             self.stop(Ending("memory", f"made more than {MOST_FILES} files"))
         self._look_at_group()
@@ -205,8 +218,8 @@ class SandboxedProcess:
         return found
 
 
-def usage(pids: Sequence[int], spent: Spent) -> tuple[int, float, int]:
-    """Processes and threads, processor time [s] with that of children that have ended, and memory [bytes].
+def usage(pids: Sequence[int], spent: Spent) -> tuple[int, float, int, int]:
+    """Processes and threads, processor time [s] with that of children that have ended, memory [bytes], and pipes.
 
     Memory that processes share counts once: their proportional set sizes are added, the kernel's tables of their pages,
     its notes of their mappings, and for each socket as much as its queue may hold, be it open or not.
@@ -216,7 +229,7 @@ def usage(pids: Sequence[int], spent: Spent) -> tuple[int, float, int]:
         spent: of all that were seen before; changed. A parent that ignores its children's end is not charged for them.
     """
     count, processor, memory = 0, 0, 0
-    sockets: set[str] = set()
+    sockets, pipes = set[Descriptor](), set[Descriptor]()
     for pid in pids:
         with suppress(OSError, ValueError, IndexError):
             words = Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")[2].split()  # its name is in no encoding
@@ -226,11 +239,14 @@ def usage(pids: Sequence[int], spent: Spent) -> tuple[int, float, int]:
             count += int(words[17])
             memory += _memory(pid)
             try:
-                sockets |= _sockets(pid)
+                found = _open(pid)
             except PermissionError:  # it does not let itself be looked into: all that it holds may be sockets
-                sockets |= {f"{pid}:{number}" for number in range(_number(pid, "status", b"FDSize:"))}
+                sockets |= {(pid, number) for number in range(_number(pid, "status", b"FDSize:"))}
+                continue
+            sockets |= found.get(stat.S_IFSOCK, set())
+            pipes |= found.get(stat.S_IFIFO, set())
     held = max(len(sockets), _sockets_inside(pids))
-    return count, max(processor, sum(spent.values())) / TICKS, memory + held * _queue()
+    return count, max(processor, sum(spent.values())) / TICKS, memory + held * _queue(), len(pipes)
 
 
 def _computes(pid: int) -> bool:
@@ -255,7 +271,7 @@ def _files_made(pid: int) -> int:
 def _memory(pid: int) -> int:
     """A process's share of memory, what is swapped out and the tables of its pages and mappings included [bytes]."""
     mappings = Path(f"/proc/{pid}/maps").read_bytes().count(b"\n")
-    pages = _number(pid, "smaps_rollup", b"Pss:", b"SwapPss:") + _number(pid, "status", b"VmPTE:")
+    pages = _number(pid, "smaps_rollup", b"Pss:", b"SwapPss:", *HUGE) + _number(pid, "status", b"VmPTE:")
     return (pages << 10) + mappings * MAPPING_BYTES
 
 
@@ -265,13 +281,14 @@ def _number(pid: int, file: str, *fields: bytes) -> int:
     return sum(int(line.split()[1]) for line in lines if line.startswith(fields))
 
 
-def _sockets(pid: int) -> set[str]:
-    """The sockets that a process holds, by what the kernel calls them."""
-    found = set()
+def _open(pid: int) -> dict[int, set[Descriptor]]:
+    """What a process holds open: its kind, as `stat` has it -> which ones."""
+    found: dict[int, set[Descriptor]] = {}
     for entry in Path(f"/proc/{pid}/fd").iterdir():
         with suppress(OSError):  # it has just been closed
-            found.add(str(entry.readlink()))
-    return {name for name in found if name.startswith("socket:")}
+            seen = entry.stat()
+            found.setdefault(stat.S_IFMT(seen.st_mode), set()).add((seen.st_dev, seen.st_ino))
+    return found
 
 
 def _sockets_inside(pids: Sequence[int]) -> int:

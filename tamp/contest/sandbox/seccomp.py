@@ -38,8 +38,10 @@ SO_SNDBUFFORCE = 32
 QUEUES = (socket.SO_SNDBUF, SO_SNDBUFFORCE)
 """Options of sockets that make their queues longer than `tamp.contest.sandbox.process` takes them to be."""
 
-LOCKS = (6, 7, 37, 38, fcntl.F_SETLEASE, fcntl.F_NOTIFY)
-"""Commands of fcntl by which the kernel keeps something for a part of a file: F_SETLK, F_SETLKW, F_OFD_SETLK(W), ..."""
+F_SETPIPE_SZ = 1031
+KEEPING = (6, 7, 37, 38, fcntl.F_SETLEASE, fcntl.F_NOTIFY, F_SETPIPE_SZ)
+"""Commands of fcntl by which the kernel keeps something for a part of a file: F_SETLK, F_SETLKW, F_OFD_SETLK(W), ...;
+and more for a pipe than `tamp.contest.sandbox.process` takes it to be."""
 
 PR_SET_SECCOMP = 22
 CORE = 4
@@ -155,7 +157,7 @@ def call_filter(machine: str | None = None) -> list[Instruction]:
     ]  # fmt: skip
     of_options = [(EQUAL, 0, len(asked), known.options), *asked]
     commands, settings = known.control
-    of_control = [*_without(commands, 1, LOCKS), *_without(settings, 0, (PR_SET_SECCOMP,))]
+    of_control = [*_without(commands, 1, KEEPING), *_without(settings, 0, (PR_SET_SECCOMP,))]
     of_control += _keeping_limit(CORE, *known.limits)
     return [*program, *of_sockets, *of_options, *of_control, (RETURN, 0, 0, ALLOW)]
 

@@ -1,6 +1,6 @@
 """raised: the kernel keeps nothing"""
 
-import ctypes, os, socket
+import ctypes, fcntl, os, socket
 
 LIBC = ctypes.CDLL(None, use_errno=True)
 PIPE, OTHER = os.pipe(), socket.socketpair()
@@ -18,6 +18,11 @@ class Solution:
     def run(self, goal, robot):
         machine = int(os.uname().machine == "aarch64")
         kept = [name for name, (numbers, given) in CALLS.items() if LIBC.syscall(numbers[machine], *given) >= 0]
+        try:
+            fcntl.fcntl(PIPE[1], 1031, 1 << 20)
+            kept.append("a long pipe")
+        except OSError:
+            pass
         for option in (socket.SO_SNDBUF, 32):
             try:
                 OTHER[0].setsockopt(socket.SOL_SOCKET, option, 1 << 22)
