@@ -89,7 +89,11 @@ def _projection(k: Intrinsics) -> Array:
 
 
 def _write_textured(surface: Surface, path: Path, texture: Path) -> None:
-    """An OBJ whose triangles each take the colour of one texel block of a texture."""
+    """An OBJ whose triangles each take the colour of one texel block of a texture.
+
+    The rasterizer leaves out what is seen from behind, and scanned meshes have triangles that are inside out: each is
+    there both ways round.
+    """
     from PIL import Image
 
     side = int(np.ceil(np.sqrt(len(surface.faces))))
@@ -107,6 +111,8 @@ def _write_textured(surface: Surface, path: Path, texture: Path) -> None:
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-20)[:, None]
     lines += [f"vn {x!r} {y!r} {z!r}" for x, y, z in normals.tolist()]
-    for number, (a, b, c) in enumerate((surface.faces + 1).tolist(), start=1):
-        lines.append("f " + " ".join(f"{corner}/{number}/{number}" for corner in (a, b, c)))
+    lines += [f"vn {-x!r} {-y!r} {-z!r}" for x, y, z in normals.tolist()]
+    for number, triangle in enumerate((surface.faces + 1).tolist(), start=1):
+        for normal, corners in ((number, triangle), (number + len(normals), triangle[::-1])):
+            lines.append("f " + " ".join(f"{corner}/{number}/{normal}" for corner in corners))
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -76,6 +76,19 @@ def test_depth_and_place_of_a_box_seen_from_above(backend: str) -> None:
     assert (picture.slant[picture.bodies == 0] > 0.8).mean() > 0.95
 
 
+def test_the_renderers_agree_on_triangles_that_are_inside_out() -> None:
+    """Scanned meshes have such; where one renderer left them out, what is behind them would be seen."""
+    box = plain(Box((0.2, 0.1, 0.1)), (250, 120, 0))
+    some = np.arange(len(box.faces)) % 2 == 0
+    faces = np.where(some[:, None], box.faces[:, ::-1], box.faces)
+    bodies = [Body("box", Surface(box.vertices, faces, box.colors), Pose((0.1, 0.05, 0.05)).matrix)]
+    a, b = (_picture(backend, bodies, _looking_down(0.0, 0.0, 1.0)) for backend in BACKENDS)
+    inner = ndimage.binary_erosion(a.bodies == 0)
+    assert inner.sum() > 500
+    assert np.abs(a.depth - b.depth)[inner].max() < 1e-3
+    assert np.abs(a.color.astype(int) - b.color.astype(int))[inner].max() <= 12
+
+
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_nothing_is_black_and_without_depth(backend: str) -> None:
     box = Body("box", plain(Box((0.05, 0.05, 0.05))), np.eye(4))
