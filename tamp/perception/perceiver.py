@@ -84,7 +84,7 @@ def ask(
     """
     takes: Any = perceiver
     patience = PATIENCE_S * max(AT_LEAST, len(objects))
-    more = {"expected": expected} if expected and "expected" in inspect.signature(perceiver).parameters else {}
+    more = {"expected": expected} if expected and _takes_expected(perceiver) else {}
     try:
         with clock.limits_in("wall"), clock.ended_at(clock.now() + patience):  # one that sleeps uses no processor time
             found = takes(frames, MappingProxyType(dict(objects)), table=table, seed=seed, **more)
@@ -101,6 +101,13 @@ def ask(
         name: replace(found[name], confidence=float(found[name].confidence), alternatives=(*found[name].alternatives,))
         for name in objects
     }
+
+
+def _takes_expected(perceiver: Perceiver) -> bool:
+    try:
+        return "expected" in inspect.signature(perceiver).parameters
+    except ValueError:  # what is compiled may not tell
+        return False
 
 
 def _whence(error: TampError) -> str:
@@ -153,8 +160,12 @@ def misfit(function: object) -> str:
     """Why something cannot be called as a perceiver is; empty where it can."""
     if not callable(function):
         return "is no function"
+    if inspect.iscoroutinefunction(function) or inspect.iscoroutinefunction(type(function).__call__):
+        return "is an async function; a plain one is asked for, which may call asyncio.run"
     try:
         inspect.signature(function).bind((), {}, table=None, seed=0)
     except TypeError as error:
         return f"must take (frames, objects, *, table, seed): {error}"
+    except ValueError:  # what is compiled may not tell what it takes
+        return ""
     return ""

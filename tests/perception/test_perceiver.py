@@ -59,6 +59,18 @@ def narrow(frames: Any) -> Any:
     return {}
 
 
+async def waiting(frames: Any, objects: Any, *, table: Any, seed: int) -> dict[str, Estimate]:
+    return {name: Estimate(None, 0.0) for name in objects}
+
+
+class _Waiting:
+    async def __call__(self, frames: Any, objects: Any, *, table: Any, seed: int) -> dict[str, Estimate]:
+        return {name: Estimate(None, 0.0) for name in objects}
+
+
+WAITS = _Waiting()
+
+
 @pytest.fixture(scope="module", autouse=True)
 def pictures_taken_once() -> Iterator[None]:
     """The kit's scene is rendered for the first perceiver only; none here writes into it."""
@@ -81,6 +93,8 @@ def test_perceivers_have_names(name: str) -> None:
         ("no_such_module:f", "there is no module 'no_such_module'"),
         (f"{__name__}:nothing", "has no 'nothing'"),
         (f"{__name__}:narrow", r"must take \(frames, objects, \*, table, seed\)"),
+        (f"{__name__}:waiting", "is an async function; a plain one is asked for"),
+        (f"{__name__}:WAITS", "is an async function; a plain one is asked for"),
         ("math:pi", "is no function"),
     ],
 )
@@ -191,6 +205,12 @@ def test_one_that_hangs_is_ended_and_named(clock_in_use: clock.Clock, monkeypatc
     said = r"perceiver tests.perception.test_perceiver:.*hanging has not answered within 0.2 s"
     with clock.limits_in(clock_in_use), pytest.raises(PartError, match=said):
         ask(hanging, (), {"red": None}, table=Table(), seed=0)  # type: ignore[dict-item]
+
+
+def test_what_is_compiled_need_not_tell_what_it_takes() -> None:
+    said = "the perceiver builtins:int raised TypeError"
+    with pytest.raises(PartError, match=said):
+        ask(load_perceiver("builtins:int"), (), {"red": None}, table=Table(), seed=0, expected={"red": Pose()})  # type: ignore[dict-item]
 
 
 def test_numbers_of_other_libraries_become_pythons() -> None:
