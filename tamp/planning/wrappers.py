@@ -53,6 +53,10 @@ class UnfitOutputsError(SamplerError):
     """What a wrapped function gave is not what its wrapper takes; whoever called it knows for which stream."""
 
 
+class SeveralOutputs(tuple[Any, ...]):
+    """The outputs of one draw where there is not exactly one: never the single value that a stream waits for."""
+
+
 @dataclass(frozen=True)
 class WildOutput:
     """What a generator yields in place of a list of outputs, to certify more than its stream promises."""
@@ -297,7 +301,7 @@ def _plain(outputs: Outputs) -> Any:
         raise UnfitOutputsError(
             f"expected a tuple of outputs such as (x,), as PDDLStream's samplers give, found {reprlib.repr(outputs)}"
         )
-    return outputs[0] if len(outputs) == 1 else tuple(outputs)
+    return outputs[0] if len(outputs) == 1 else SeveralOutputs(outputs)
 
 
 Formula = tuple[Any, ...]

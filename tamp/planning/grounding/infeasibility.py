@@ -281,7 +281,7 @@ class Outlook:
         self._next = 2 * self._sampling.draws
         effort = EFFORT + EFFORT_A_DRAW * self._sampling.draws
         lost = out_of_reach(self._schema, self._knowledge, effort, self._tick)
-        if lost is not None and not self._surprises.look():
+        if lost is not None and self._all_tame():
             text = self._knowledge.objects.text(lost)
             missing = never_given(self._schema, self._knowledge, lost)
             because = f": nothing gives {' or '.join(missing)}" if missing else ""
@@ -290,9 +290,18 @@ class Outlook:
         if lost is not None or not gave_up:
             return
         lost = out_of_reach(self._schema, self._knowledge, effort, self._tick, proven=False)
-        if lost is not None and not self._surprises.look():
+        if lost is not None and self._all_tame():
             text, names = self._knowledge.objects.text(lost), ", ".join(gave_up)
             raise Ended("failed", f"{text} is out of reach of all that streams may still give; {names} gave up.")
+
+    def _all_tame(self) -> bool:
+        """Whether streams certify no more than they promise, as each has shown; those that have not are called."""
+        before = -1
+        while len(self._sampling.tame) > before:
+            before = len(self._sampling.tame)
+            if not self._surprises.look():
+                return not self._sampling.wild
+        return False
 
     def _may_surprise(self) -> bool:
         """Whether a stream may yet certify more than it promises: one has, or some have not shown how they answer."""

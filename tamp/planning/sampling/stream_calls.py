@@ -25,7 +25,7 @@ from tamp.planning.model.objects import Fact
 from tamp.planning.model.stream_instances import Instance
 from tamp.planning.report import StreamReport
 from tamp.planning.sampling import faults
-from tamp.planning.wrappers import UnfitOutputsError
+from tamp.planning.wrappers import SeveralOutputs, UnfitOutputsError
 
 T = TypeVar("T")
 
@@ -75,11 +75,11 @@ def output_values(external: External, output: Any) -> tuple[Any, ...]:
     count = len(external.outputs)
     if count == 0:
         return ()
-    values = (output,) if count == 1 else output
+    values = (output,) if count == 1 and not isinstance(output, SeveralOutputs) else output
     if not isinstance(values, tuple | list) or len(values) != count:
         names = ", ".join(name[1:] for name in external.outputs)
         raise SamplerError(
-            f"stream {external.name!r}: expected to yield a tuple of {count} outputs ({names}), "
+            f"stream {external.name!r}: expected to yield a tuple of {count} output{'s' * (count > 1)} ({names}), "
             f"found {reprlib.repr(output)}"
         )
     return tuple(values)
@@ -221,6 +221,8 @@ class Sampling:
             answer = self._run(instance, sampler, context, *values)
             if external.asks is not None:
                 answer = self._fitting(instance, output_iterator, answer)
+            if isinstance(answer, bool | np.bool_):  # which certifies no more
+                self.tame.add(external.name)
             if isinstance(answer, Iterator):
                 answer = self._run(instance, first_of, answer)
             return self._fitting(instance, answer_of, answer)

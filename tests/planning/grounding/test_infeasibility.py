@@ -81,6 +81,22 @@ def test_poses_without_end_do_not_make_up_for_grasps_that_were_given_up_but_that
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_a_predicate_that_never_holds_of_poses_without_end_does_not_keep_the_problem_open(algorithm):
+    """It was asked of each new pose, as it had not shown whether it certifies more than it promises."""
+    blocks = table(fresh=False)
+    problem = Problem(
+        domain=PICK_AND_PLACE.replace("(Done ?b))\n", "(Done ?b) (Wet ?b ?p))\n", 1).replace(
+            "(AtPose ?b ?p) (HandEmpty))", "(AtPose ?b ?p) (HandEmpty) (not (Wet ?b ?p)))", 1
+        ),
+        streams=SAMPLERS.rstrip()[:-1] + "(:predicate (Wet ?b ?p) (Pose ?b ?p)))",
+        samplers={**blocks.samplers, "Wet": lambda context, block, pose: False},
+        init=blocks.init,
+        goal=("Held", "blue", 1),
+    )
+    assert solve(problem, algorithm=algorithm, timeout=3.0).status == "infeasible"
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
 def test_a_stream_that_may_name_known_objects_keeps_the_problem_open(algorithm):
     def late(context, block):
         for _ in range(30):

@@ -132,6 +132,14 @@ def test_an_output_that_is_no_tuple_is_refused(wrapped):
         list(wrapped(context(), 7))
 
 
+@pytest.mark.parametrize("given", [(3, 4), ()])
+def test_outputs_that_are_not_one_are_no_value_of_a_stream_that_has_one(given):
+    """The tuple itself was taken for the value."""
+    samplers = from_stream_map({"sample": from_fn(lambda x: given), "test-good": from_test(lambda x, g: True)})
+    with pytest.raises(SamplerError, match=r"'sample': expected .* 1 output \(g\), found"):
+        solve(pick(samplers), timeout=5.0)
+
+
 @pytest.mark.parametrize("algorithm", ["adaptive", "focused", "incremental"])
 def test_a_stream_map_works_as_it_is(algorithm):
     line = continuous.line(2)
