@@ -107,3 +107,31 @@ def test_who_computes_or_waits_for_the_robot_is_not_idle(tmp_path: Path, monkeyp
     sandbox = choose(insecure=all(kind().missing() for kind in KINDS))
     ending, output = run_in(sandbox, solution, tmp_path / "run", replace(QUICK, idle_s=0.9))
     assert ending.reason == "finished", (ending, output)
+
+
+ASKS = """
+class Solution:
+    def run(self, goal, robot):
+        while True:
+            robot.arm.state()
+"""
+
+
+def test_who_has_the_server_compute_while_no_simulated_time_passes_is_ended(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Pictures and what is refused cost the server much, and the task's clock little: a run could take hours so."""
+
+    state = EmptyCell.state
+
+    def costly(cell: EmptyCell) -> tuple[Any, Any, float]:
+        end = time.process_time() + 0.05
+        while time.process_time() < end:
+            pass
+        return state(cell)
+
+    monkeypatch.setattr(EmptyCell, "state", costly)
+    (tmp_path / "solution.py").write_text(ASKS)
+    sandbox = choose(insecure=all(kind().missing() for kind in KINDS))
+    ending, _ = run_in(sandbox, tmp_path / "solution.py", tmp_path / "run", replace(QUICK, answers_s=0.2))
+    assert (ending.reason, ending.message[:40]) == ("answers", "pictures and refusals took the server ov")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import time
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,7 @@ import numpy as np
 
 from tamp.contest.api.schema import ANSWERS, CALLS, VERSION, check
 from tamp.contest.api.wire import Channel, Disconnected, Message, ProtocolError
-from tamp.contest.evaluation.workcell import Refusal, TimeOver, Workcell
+from tamp.contest.evaluation.workcell import PICTURE_S, Refusal, TimeOver, Workcell
 from tamp.contest.sandbox.isolation import Ending
 from tamp.contest.sandbox.process import SandboxedProcess
 
@@ -30,9 +31,16 @@ Fields = dict[str, Any]
 Arrays = dict[str, "NDArray[Any]"]
 Answer = tuple[str, Fields, Arrays]
 
+HARDLY_S = 2 * PICTURE_S
+"""A call that takes less simulated time could be made so often that the time of the task ends no run [s]."""
+
 
 def serve(
-    channel: Channel, workcell: Workcell, process: SandboxedProcess, objects: Sequence[Mapping[str, Any]]
+    channel: Channel,
+    workcell: Workcell,
+    process: SandboxedProcess,
+    objects: Sequence[Mapping[str, Any]],
+    answers_s: float,
 ) -> Ending:
     """Answer a solution's calls until it has finished, or is stopped.
 
@@ -41,9 +49,13 @@ def serve(
         workcell: the scene.
         process: the solution's.
         objects: of the goal, as `tamp.contest.api.schema.OBJECT` describes them.
+        answers_s: see `tamp.contest.sandbox.isolation.Limits`.
     """
+    left_s = answers_s
 
     def answer(call: Message) -> None:
+        nonlocal left_s
+        began, before = time.process_time(), workcell.time
         try:
             with process.waiting_for_us():
                 kind, fields, arrays = _answered(workcell, call, objects)
@@ -51,6 +63,12 @@ def serve(
         except TimeOver:
             _tell_over(channel, call.number, "the time of the task is over")
             raise
+        if workcell.time - before < HARDLY_S:
+            left_s -= time.process_time() - began
+        if left_s < 0.0:
+            process.stop(
+                Ending("answers", f"pictures and refusals took the server over {answers_s:g} s of processor time")
+            )
         channel.send(said, max(0.01, process.time_left))
 
     try:

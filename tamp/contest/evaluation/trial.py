@@ -132,7 +132,7 @@ def run_solution(
     ours, theirs = socket.socketpair()
     with ours, _started(package, models, rules, sandbox, theirs, run=True) as process:
         theirs.close()
-        ending = serve(Channel(ours, FROM_SOLUTION), workcell, process, objects)
+        ending = serve(Channel(ours, FROM_SOLUTION), workcell, process, objects, rules.limits.answers_s)
     return process.stopped or ending, process.output
 
 

@@ -24,13 +24,14 @@ DEVICES = ("null", "zero", "full", "random", "urandom")
 """What there is of /dev inside."""
 
 Reason = Literal[
-    "finished", "raised", "died", "time", "processor", "idle", "wall", "memory", "processes", "output", "protocol",
-    "start",
+    "finished", "raised", "died", "time", "processor", "answers", "idle", "wall", "memory", "processes", "output",
+    "protocol", "start",
 ]  # fmt: skip
 """How a run of a solution ended.
 
 "finished": `run` returned. "raised": it raised an exception. "died": the process ended by itself, or by a signal.
-"time": the simulated time was over. "processor", "idle", "wall", "memory", "processes", "output": it went over a limit.
+"time": the simulated time was over. "processor", "answers", "idle", "wall", "memory", "processes", "output": it went
+over a limit.
 "protocol": what it sent was none of the API's messages. "start": it did not begin to speak.
 """
 
@@ -65,10 +66,12 @@ class Limits:
     """The most that a solution's processes may use, all together.
 
     How busy the machine is shall decide nothing: who computes has `processor_s`, who waits for the robot has the
-    simulated time, who does neither has `idle_s`. Real time ends only what these do not.
+    simulated time, or `answers_s` where that hardly passes, who does neither has `idle_s`. Real time ends only what
+    these do not.
 
     Attributes:
         processor_s: processor time [s].
+        answers_s: processor time of the server's for calls that take hardly any simulated time, such as pictures [s].
         idle_s: real time in which none of them computes, and no answer of the server's is waited for [s].
         wall_s: real time, the simulator's included [s].
         memory_mb: memory, files in its temporary folder included [MiB].
@@ -78,6 +81,7 @@ class Limits:
     """
 
     processor_s: float = 1200.0
+    answers_s: float = 1200.0
     idle_s: float = 120.0
     wall_s: float = 7200.0
     memory_mb: int = 4096
