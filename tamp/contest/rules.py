@@ -20,6 +20,9 @@ Bests = Literal["task", "solution", "mean"]
 LEAST_S, MOST_S = 1e-3, 1e9
 """Of what is no whole number: times."""
 
+LONGEST_LEASE_S = 3600.0
+"""The longest time that a worker may be silent [s]: by it a clock that was put back is told from a long lease."""
+
 MOST: Mapping[str, int] = types.MappingProxyType({"runs": 1000})
 """Whole numbers that are smaller than others: each run on each task waits in the database."""
 

@@ -186,9 +186,17 @@ def _add_data(parser: Parser) -> None:
 def _add_work(parser: Parser) -> None:
     _add_data(parser)
     parser.add_argument(
-        "--lease", type=seconds, default=60.0, metavar="SECONDS", help="how long a worker may be silent"
+        "--lease", type=_lease, default=60.0, metavar="SECONDS", help="how long a worker may be silent, up to an hour"
     )
     _add_isolation(parser)
+
+
+def _lease(text: str) -> float:
+    from tamp.contest.rules import LONGEST_LEASE_S
+
+    if seconds(text) > LONGEST_LEASE_S:
+        raise argparse.ArgumentTypeError(f"{text} s are longer than the {LONGEST_LEASE_S:g} s that a lease may take")
+    return seconds(text)
 
 
 NEW = """\

@@ -173,6 +173,21 @@ def test_a_lease_that_ended_is_given_on_and_its_holder_records_nothing(service: 
     assert (row.result, row.evaluations, row.claims, row.state) == ("in time", 1, 2, "done")
 
 
+def test_a_lease_of_before_the_clock_was_put_back_is_given_on(
+    service: Service, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its holder may have ended: the run waited until the clock came to where it had been."""
+    service.hand_in(service.ours)
+    lost, *_ = [queue.claim(service.store) for _ in range(4)]
+    clock = time.time
+    monkeypatch.setattr(time, "time", lambda: clock() - 1800)
+    assert queue.claim(service.store) is None, "another worker's lease may be so long"
+    monkeypatch.setattr(time, "time", lambda: clock() - 86400)
+    again = queue.claim(service.store)
+    assert lost is not None and again is not None and again.trial == lost.trial
+    assert not queue.finish(service.store, lost, "late", "") and queue.finish(service.store, again, "in time", "")
+
+
 def test_teams_take_turns(service: Service) -> None:
     first, second = (service.hand_in(token).json()["id"] for token in (service.ours, service.theirs))
     held = [queue.claim(service.store) for _ in range(4)]
