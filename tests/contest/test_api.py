@@ -26,7 +26,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as nps
 
 from tamp.contest.api import host, walls
-from tamp.contest.api.client import Connection, Goal, Robot
+from tamp.contest.api.client import Connection, Goal, Robot, TimeUp
 from tamp.contest.api.schema import ANSWERS, CALLS, check
 from tamp.contest.api.wire import FROM_SOLUTION, PREFIX, Channel, Disconnected, Message, ProtocolError, decode, encode
 
@@ -243,6 +243,17 @@ def test_several_threads_may_ask(asked: Connection) -> None:
     with ThreadPoolExecutor(4) as pool:
         answers = list(pool.map(lambda _: asked.ask("tf", FRAMES).number, range(20)))
     assert sorted(answers) == list(range(1, 21))
+
+
+def test_when_the_time_is_over_none_is_left() -> None:
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        theirs.sendall(encode(Message("over", 1, {"reason": "the time of the task is over"})))
+        connection = Connection(Channel(ours, FROM_SOLUTION))
+        connection.time_left = 3.0
+        with pytest.raises(TimeUp, match="the time of the task is over"):
+            connection.ask("wait", {"seconds": 5.0})
+        assert connection.time_left == 0.0
 
 
 def test_an_alarm_of_the_solutions_own_leaves_no_half_answer(asked: Connection) -> None:

@@ -241,6 +241,17 @@ def test_the_workcell_refuses_what_cannot_be_done_and_ends_in_time() -> None:
         assert cell.time_left == 0.0
 
 
+@pytest.mark.parametrize("simulator", ["pybullet", "mujoco"])
+def test_fingers_that_meet_nothing_are_at_their_width_when_the_call_returns(simulator: str) -> None:
+    pytest.importorskip(simulator)
+    item = Object("red", Box((0.04, 0.04, 0.06)), Pose((0.0, 0.1, 0.03)), At(Pose((0.0, -0.1, 0.03))))
+    with make_simulator(simulator, (item,), robot=load_robot("panda")) as world:
+        cell = Workcell(Task("tiny", (item,)), world, (), {}, seed=0, limit_s=60.0)
+        for width in (0.05, 0.02, 0.06, 0.0):
+            cell.go_to(width, 1000.0)
+            assert cell.state()[2] == pytest.approx(width, abs=1.5e-3)
+
+
 def _result(task: str, simulator: str, run: int, ede_m: float, time: float = 1.0) -> Result:
     return Result(task, run, "failed", ede_m=ede_m, execution_sim_s=time, simulator=simulator)
 
@@ -270,6 +281,15 @@ RUNS = tuple(
 def test_bests_are_as_the_rules_have_them(simulators: str, runs: str, error: float) -> None:
     rules = Rules(best_of_simulators=simulators, best_of_runs=runs)  # type: ignore[arg-type]
     assert standings({"x": RUNS}, YARDSTICKS, rules)[0].mean.error_m == pytest.approx(error)
+
+
+def test_tasks_by_which_nothing_is_scored_are_refused_before_anything_is_run(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shelf = "regions: [{name: shelf, box: {center: [0.1, 0.1], size: [0.2, 0.2]}}]\n"
+    (folder / "on.yaml").write_text(TASK.replace("{pose: {xyz: [0.0, -0.1, 0.03]}}", "{on: shelf}") + shelf)
+    assert main(["contest", "run", str(folder / "moves.py"), "--tasks", str(folder / "on.yaml")]) == 2
+    assert capsys.readouterr().err == "tamp: none of the tasks has a goal pose, by which a solution is scored\n"
 
 
 def test_equal_errors_are_told_apart_by_time_and_nothing_done_counts() -> None:

@@ -162,6 +162,7 @@ class Connection:
             raise ValueError(str(error)) from None
         answer: Message = self._done(lambda: self._exchange(kind, fields, arrays or {}))
         if answer.kind == "over":
+            self.time_left = 0.0
             raise TimeUp(answer.fields["reason"])
         if answer.kind == "refused":
             raise Refused(answer.fields["reason"])

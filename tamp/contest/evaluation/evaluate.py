@@ -64,6 +64,8 @@ def evaluate(
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise TampError(f"two tasks are called {twice!r}; results are filed under a task's name")
+    if not measure(tasks):
+        raise TampError("none of the tasks has a goal pose, by which a solution is scored")
     for name in rules.simulators:
         require(name)
     with tempfile.TemporaryDirectory(prefix="tamp-solution-") as folder:

@@ -220,18 +220,32 @@ class Workcell:
         if width >= self.robot.opening() - 1e-3:
             self.grasps.holding = None
             self.robot.open_to(width)
-            self._wait(1.5, lambda: abs(self.robot.opening() - width) < 5e-4, 3)
+            self._arrive(width)
             return
         held = self._held()  # is no new grasp where the fingers only press otherwise
         self.robot.squeeze(max(1.0, min(effort, self._spec.gripper.force)))
-        self._wait(2.0, lambda: self.robot.opening() <= width or self.robot.finger_speed() < 1e-3, 24)
+        self._close(width)
         touched = [name for name in self._simulator.objects if any(self.robot.touching(name))]
         if not touched and self.robot.opening() <= width + SHUT:
             self.robot.open_to(width)
+            self._arrive(width)
         if held is None and (touched or self.robot.opening() < SHUT):
             self.grasps.attempted += 1
             held = self._held()
             self.grasps.holding = None if held is None else (held, self._simulator.pose(held).xyz[2])
+
+    def _arrive(self, width: float) -> None:
+        """Wait until the fingers are at rest at a width to which they were sent."""
+        self._wait(1.5, lambda: abs(self.robot.opening() - width) < 5e-4, 3)
+
+    def _close(self, width: float) -> None:
+        """Wait until fingers that squeeze are at a width, or have stood still for a tenth of a second."""
+        still = 0
+        for _ in range(round(2.0 / STEP)):
+            self._simulator.step()
+            still = still + 1 if self.robot.finger_speed() < 1e-3 else 0
+            if self.robot.opening() <= width or still >= 24:
+                return
 
     def _held(self) -> str | None:
         """What touches both pads."""

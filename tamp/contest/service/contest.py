@@ -60,8 +60,8 @@ def load_contest(path: Path) -> Contest:
     """Read contest.yaml and all tasks that it names.
 
     Raises:
-        TampError: where the rules or a task cannot be used, a simulator is missing, there is no contest task, or one
-            of them is a trial task, too.
+        TampError: where the rules or a task cannot be used, a simulator is missing, there is no contest task or none
+            that is scored, or one of them is a trial task, too.
     """
     rules = load_rules(path)
     for name in rules.simulators:
@@ -80,7 +80,10 @@ def load_contest(path: Path) -> Contest:
         entries[kind] = tuple(Entry(label, task) for label, task in zip(labels, tasks, strict=True))
     if not entries["contest"]:
         raise TampError(f"{path}: contest: name at least one task file")
-    return Contest(rules, entries, {kind: _yardsticks(entries[kind]) for kind in KINDS})
+    yardsticks = {kind: _yardsticks(entries[kind]) for kind in KINDS}
+    if not yardsticks["contest"]:
+        raise TampError(f"{path}: contest: none of the tasks has a goal pose, by which a solution is scored")
+    return Contest(rules, entries, yardsticks)
 
 
 def numbered(number: int) -> str:
