@@ -129,6 +129,16 @@ def is_free() -> bool:
     return handler is signal.SIG_DFL or (isinstance(handler, _Alarm) and handler.gives_way)
 
 
+CALLED_BACK = frozenset(
+    {
+        ("numba.core.serialize", "_numba_unpickle"),  # a value to be returned: SystemError
+        ("llvmlite.binding.executionengine", "_raw_object_cache_notify"),  # what was compiled: it is lost for good
+        ("llvmlite.binding.executionengine", "_raw_object_cache_getbuffer"),
+    }
+)
+"""Functions, by module and name, that C calls and that it hears no exception of."""
+
+
 @dataclass(eq=False)
 class _Alarm:
     """Raises TimeUp past a deadline, where `asker` is among what is running; rings for nobody once it is empty."""
@@ -207,8 +217,5 @@ def _on_the_threshold(frame: FrameType | None) -> bool:
 
 
 def _called_by_compiled(frame: FrameType | None) -> bool:
-    """Whether compiled code has called Python for a value that it returns: it goes on without, to a SystemError."""
-    return any(
-        calling.f_code.co_name == "_numba_unpickle" and calling.f_globals.get("__name__") == "numba.core.serialize"
-        for calling in _stack(frame)
-    )
+    """Whether compiled code has called Python for what it needs, and goes on without where that is interrupted."""
+    return any((calling.f_globals.get("__name__"), calling.f_code.co_name) in CALLED_BACK for calling in _stack(frame))

@@ -7,6 +7,7 @@ import signal
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -118,3 +119,22 @@ def test_what_compiled_code_calls_back_for_is_not_interrupted(monkeypatch: pytes
     with pytest.raises(TimeUp), ended_at(clock.now() + 0.005):
         while True:
             made()
+
+
+def test_what_a_compiler_hands_over_is_taken_whole() -> None:
+    """It hears of no exception: the code was lost, and whatever was to run it raised for the rest of the process."""
+    from llvmlite.binding.executionengine import ExecutionEngine
+
+    begun, ended = [], []
+
+    def keep(module: object, code: bytes) -> None:
+        begun.append(code)
+        spin(0.002)
+        ended.append(code)
+
+    engine = SimpleNamespace(_object_cache_notify=keep, _find_module_ptr=lambda number: number)
+    data = SimpleNamespace(contents=SimpleNamespace(module_ptr=1, buf_ptr=b"code", buf_len=4))
+    with pytest.raises(TimeUp), ended_at(clock.now() + 0.005):
+        while True:
+            ExecutionEngine._raw_object_cache_notify(engine, data)
+    assert len(begun) == len(ended) > 1
