@@ -17,6 +17,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from tamp.clock import watched
+from tamp.errors import TampError
 from tamp.parent import end_with_parent
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
@@ -48,6 +49,8 @@ def run_job(connection: Connection, work: str, arguments: Mapping[str, Any], lev
     except Exception as error:  # a job's bug costs that job alone; the traceback goes where the user can see it
         if isinstance(error, OSError) and error.errno in FULL:
             message = {"full": f"{error.filename or arguments.get('folder')}: {error.strerror}"}
+        elif isinstance(error, TampError) and level > logging.INFO:
+            message = {"error": " ".join(str(error).split())}
         else:
             traceback.print_exc()
             message = {"error": " ".join(f"{type(error).__name__}: {error}".split())}

@@ -48,23 +48,31 @@ def test_a_job_that_goes_wrong_costs_only_itself() -> None:
 
 
 RAISING = """
+import sys
 from pathlib import Path
 from tamp.batch import Batch
 from tamp.task import Task
 
 if __name__ == "__main__":
-    list(Batch([Task("raise", (), path=Path("t"))], work="tests.batch.toys:work", preload=()).run())
+    for result in Batch([Task(sys.argv[1], (), path=Path("t"))], work="tests.batch.toys:work", preload=()).run():
+        print(result.message)
 """
 
 
-def test_a_bug_in_a_job_shows_its_traceback(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("kind", "message", "told"),
+    [("raise", "ValueError: a bug in two lines\n", True), ("refuse", "no such simulator\n", False)],
+)
+def test_a_bug_in_a_job_shows_its_traceback_and_what_is_refused_does_not(
+    tmp_path: Path, kind: str, message: str, told: bool
+) -> None:
     """In a process of its own: workers write to the standard error that the first batch of a process had."""
     (tmp_path / "batch.py").write_text(RAISING, encoding="utf-8")
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
-    command = [sys.executable, str(tmp_path / "batch.py")]
+    command = [sys.executable, str(tmp_path / "batch.py"), kind]
     run = subprocess.run(command, env=environment, check=True, capture_output=True, text=True)
-    assert "Traceback" in run.stderr
-    assert "a bug" in run.stderr
+    assert run.stdout == message
+    assert ("Traceback" in run.stderr and "a bug" in run.stderr) == told, run.stderr
 
 
 UNHEARD = """

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from tamp.clock import ended_at
+from tamp.errors import TampError
 from tamp.results import Result
 
 
@@ -35,6 +36,8 @@ def work(name: str, path: str, seed: int, folder: str | None = None, **options: 
         sys.exit(3)
     elif kind == "raise":
         raise ValueError("a bug\nin two lines")
+    elif kind == "refuse":
+        raise TampError("no such simulator")
     elif kind == "full":
         raise OSError(errno.ENOSPC, "No space left on device", "plan-0.json")
     elif kind == "kill":
