@@ -57,7 +57,7 @@ def check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, re
     firm = replace(allow, standing=allow.firm)
     held = [other for other in beside if _touches(scene, state, name, other, firm)]
     ends: dict[str, Array] = {}
-    for sentence, bodies in gives_way(scene, state, rest, held, allow.sagged, firm, ends):
+    for sentence, bodies in gives_way(scene, state, rest, held, allow.sagged, firm, ends, (allow.standing,)):
         report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies))
     ends = _moved(scene, state, ends, allow.standing)  # gaps between them are slack
     for other in (other for other in beside if other not in slumped):
@@ -166,7 +166,9 @@ def _note_given_way(scene: Scene, state: State, name: str, allow: Tolerances, re
                 sentence = f"{name} does not stay where it is let go: it slides or turns by more than"
                 report("support", f"{sentence} {2000 * allow.reached:.0f} mm on what it comes down on", bodies=(name,))
             return
-    for sentence, bodies in gives_way(scene, before, state, [name], allow.slump, near, ends):
+    for sentence, bodies in gives_way(
+        scene, before, state, [name], allow.slump, near, ends, (allow.firm, allow.standing)
+    ):
         report("support", sentence, bodies=bodies)
     given = _moved(scene, state, ends, allow.standing)
     state.follows |= given

@@ -21,7 +21,7 @@ from tamp.checking.physics.least_squares import nnls
 from tamp.checking.physics.stacks import pushes_of, stack_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -57,11 +57,14 @@ def gives_way(
     most: float,
     allow: Tolerances,
     ends: dict[str, Array] | None = None,
+    wider: Sequence[float] = (),
 ) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Which bodies give way by more than so much [m] with a change to the stacks of certain bodies: sentence, bodies.
 
     Touched is what is no farther than `allow.standing`. What would give way as far before is not what the change is to
-    blame for. Where the bodies of a stack that does not give way by so much come to is noted in `ends`.
+    blame for, but touches what holds it then over a wider gap: of the `wider` ones [m], which rise, the least that has
+    it stay before counts for it. Where the bodies of a stack that does not give way by so much come to is noted in
+    `ends`.
     """
     waiting = sorted(names)
     while waiting:
@@ -73,8 +76,13 @@ def gives_way(
         if far[gone] <= most:
             continue
         if gone in before.poses and (was := slump(scene, before, gone, most, allow)[gone]) > 0.0:
+            if was > most:
+                if wider:
+                    near = replace(allow, standing=wider[0])
+                    yield from gives_way(scene, before, after, [gone], most, near, wider=wider[1:])
+                continue
             there = given_way(scene, after, gone, most, allow)[gone]
-            if was > most or scene.displacement(gone, after.poses[gone], there) <= most:
+            if scene.displacement(gone, after.poses[gone], there) <= most:
                 continue  # what set out by itself before tells nothing of momentum
         among = ", ".join(sorted(far.keys() - {gone})) or "nothing that holds it"
         sentence = f"{gone} gives way by more than {1000 * most:.0f} mm with what it leans or stands on ({among})"

@@ -52,6 +52,7 @@ from tests.checking.mutations.handling import (
     rocks_over_its_foot,
     rocks_under_what_is_put_on_it,
     takes_a_board_over_the_rim,
+    tips_against_what_leans,
     tips_off_a_rim,
 )
 from tests.checking.mutations.margins import (
@@ -224,6 +225,7 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     takes_a_board_over_the_rim: ("support",),
     lies_tilted_in_a_tray: ("support",),
     lies_tilted_across_two_trays: ("support",),
+    tips_against_what_leans: ("support",),
     tips_off_a_rim: ("support",),
     gives_way_by_itself: ("fall",),
 }

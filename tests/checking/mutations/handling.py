@@ -11,11 +11,13 @@ from tamp.task.mesh.parts import convex_hull
 from tests.checking.handmade import DOWN, OPEN, Hand, above, carry
 from tests.checking.mutations.editing import Pair
 from tests.checking.mutations.solids import hulls
+from tests.checking.physics.heaps import PUT_ON_LEANING
 from tests.checking.physics.hollow_heaps import PUT_ON_HOLLOW
 
 CARD, BAR, BRICK = Box((0.004, 0.05, 0.12)), Box((0.2, 0.05, 0.06)), Box((0.04, 0.05, 0.1))
 DOMINO = Box((0.012, 0.05, 0.1))
 CORNERS = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (0.0, 1.0)])
+AGAINST_A_DOMINO = "a box that tips against a domino, which leans on the slab under it"
 TIP = 0.00885  # of open fingers under the tool [m]
 CALM = 1.3  # times as long as the arm's limits ask
 
@@ -179,6 +181,16 @@ def tips_off_a_rim(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | N
     bowl, cup = things[1], things[2]
     actions = carry(Hand(plan.home), cup.name, start, cup.pose, 0.0438, ("table", bowl.name), 0.012)
     return instead(task, plan, actions, *things[:2], replace(cup, pose=start))
+
+
+def tips_against_what_leans(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """A box is let go on the edge of a slab that slopes, tips down on it, and pushes a domino off that leans on it."""
+    if task.robot != "panda":
+        return None
+    there, start = Pose((*rng.uniform((-0.03, 0.1), (0.03, 0.15)), 0.0)), Pose((0.05, -0.25, 0.009))
+    *things, box = [replace(o, pose=there @ o.pose) for o in PUT_ON_LEANING[AGAINST_A_DOMINO]]
+    actions = carry(Hand(plan.home), box.name, start, box.pose, 0.06, ("table", "slab"), 0.004)
+    return instead(task, plan, actions, *things, replace(box, pose=start))
 
 
 def on_a_foot(within: float):

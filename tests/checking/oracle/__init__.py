@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tamp.task import Box, Fall, Grip, Move, Plan, Pose, Release, Step, Task
+from tests.checking.oracle.bearing import gives_in
 from tests.checking.oracle.bodies import body_of, tool_at
 from tests.checking.oracle.bookkeeping import bookkeeping
 from tests.checking.oracle.carrying import jerked_out
@@ -97,6 +98,7 @@ class Oracle:
                 text = "the hand stays round the object" if _is_round(world, action.arguments[0]) else None
                 text = text or rests(world, action.arguments[0])
                 text = text or (lies_down(world, action.arguments[0]) if sweep else None)
+                text = text or (gives_in(world, action.arguments[0]) if sweep else None)
                 text = text or (tips_off(world, action.arguments[0]) if sweep else None)
                 if text is not None:
                     return f"{action}: {text}"
