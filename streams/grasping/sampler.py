@@ -176,8 +176,8 @@ def _firm_first(
     for index in _spread(pinches, costs)[:LIMIT]:
         width, clearance = float(pinches.widths[index]), float(pinches.clearances[index])
         grasp = closed(workspace, obj, pinches.T_object_tool[index], width, clearance)
-        if grasp is not None and not askew(workspace, obj, grasp):
-            grasp = straightened(workspace, obj, grasp)
+        if grasp is not None:
+            grasp = straightened(workspace, obj, grasp) or grasp
         if grasp is None or askew(workspace, obj, grasp):
             pass
         elif costs[index] >= HINDERED:

@@ -145,10 +145,9 @@ def turned_flush(workspace: Workspace, obj: str, grasp: Grasp) -> float:
 def straightened(workspace: Workspace, obj: str, grasp: Grasp) -> Grasp | None:
     """A grasp with the hand turned the way that its pads would turn the object; None where that is none.
 
-    It is the same where they would not. What is of several parts bulges, and nobody knows for certain how far it turns.
+    It is the same where they would not.
     """
-    turns = (turn for _, turn in _closing(workspace, obj, grasp) if _angle(turn) > 0.0)
-    turn = None if _bulges(workspace, obj) else next(turns, None)
+    turn = next((turn for _, turn in _closing(workspace, obj, grasp) if _angle(turn) > 0.0), None)
     if turn is None:
         return grasp
     T_object_tool = _in_hand(workspace, grasp, turn).inverse().matrix.copy()

@@ -85,9 +85,23 @@ def test_pads_turn_what_they_close_on_until_it_lies_flush(angle):
     assert turned_flush(workspace, "book", Grasp(Pose.from_rpy((0, 0, 0.08), (np.pi, 0, np.pi / 2)), 0.042)) == 0.0
 
 
-@pytest.mark.parametrize("angle", [-0.15, -0.06, 0.06, 0.1, 0.15])
-def test_a_hand_that_is_turned_as_its_pads_would_turn_a_book_does_not_turn_it(angle):
-    workspace = workspace_of(Object("book", Box((0.042, 0.2, 0.2)), Pose((0.0, 0.1, 0.1)), friction=0.5))
+def halves(folder):
+    """The path of a book that is of two convex parts."""
+    path, boxes = folder / "book.obj", [trimesh.creation.box((0.042, 0.1, 0.2)) for _ in range(2)]
+    lines = []
+    for number, (box, y) in enumerate(zip(boxes, (-0.05, 0.05), strict=True)):
+        lines += [f"o {number}", *(f"v {x} {y + beside} {z}" for x, beside, z in box.vertices.tolist())]
+        lines += ["f " + " ".join(str(corner + 1 + 8 * number) for corner in face) for face in box.faces.tolist()]
+    path.write_text("\n".join(lines))
+    return path
+
+
+@pytest.mark.parametrize("of_parts", [False, True])
+@pytest.mark.parametrize("angle", [-0.3, -0.15, -0.06, 0.06, 0.1, 0.15])
+def test_a_hand_that_is_turned_as_its_pads_would_turn_a_book_does_not_turn_it(angle, of_parts, tmp_path):
+    shape = Mesh(halves(tmp_path)) if of_parts else Box((0.042, 0.2, 0.2))
+    workspace = workspace_of(Object("book", shape, Pose((0.0, 0.1, 0.1)), friction=0.5))
+    assert len(workspace.world.geometries["book"].parts) == 1 + of_parts
     askew = closed(workspace, "book", Pose.from_rpy((0, 0, 0.08), (np.pi, 0, np.pi / 2 + angle)).matrix, 0.043)
     assert turned_flush(workspace, "book", askew) > 0.0
     straight = straightened(workspace, "book", askew)
