@@ -61,23 +61,24 @@ def handling_hits(workspace: Workspace, handling: Handling, others: Mapping[str,
     return {name: reason for name, reason in found.items() if reason is not None}
 
 
-def learn_refused_beside(workspace: Workspace, handling: Handling, other: str, standing: Placement, mover: str) -> None:
-    """Let an object not be handled there again as something stands that the checker says is met or taken along.
-
-    Where the object meets it itself, by whatever grasp; where the hand or the arm does, by that grasp.
-    """
-    grasp = None if mover == handling.object else handling.grasp
+def learn_refused_beside(
+    workspace: Workspace, handling: Handling, other: str, standing: Placement, *, by_any_grasp: bool
+) -> None:
+    """Let an object not be handled there again as something stands that somebody says is met or taken along."""
+    grasp = None if by_any_grasp else handling.grasp
     workspace.cache.learn(_beside_key(handling, grasp, other, standing), True)
 
 
-def learn_disturbed(workspace: Workspace, handling: Handling, other: str, standing: Placement) -> None:
-    """Let an object not be let go so again beside another one, which it moves or meets by that, as somebody has seen.
+def learn_disturbed(
+    workspace: Workspace, handling: Handling, other: str, standing: Placement, *, by_any_grasp: bool = True
+) -> None:
+    """Let an object not be handled so again beside another one, which it moves or meets by that, as somebody has seen.
 
-    Where it did so in several ways, it is not let go at that placement at all while the other one stands there.
+    Where it did so in several ways, it is not handled at that placement at all while the other one stands there.
     """
     if disturbs(workspace, handling, other, standing):
         return
-    learn_refused_beside(workspace, handling, other, standing, handling.object)
+    learn_refused_beside(workspace, handling, other, standing, by_any_grasp=by_any_grasp)
     ways = _disturbing(workspace, handling, other, standing)
     workspace.cache.learn(("disturbed", handling.object, handling.placement, other, standing), ways + 1)
 

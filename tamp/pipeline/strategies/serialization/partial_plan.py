@@ -137,14 +137,17 @@ class Attempt:
 
 
 def _learn_met(workspace: Workspace, way: Handling, bodies: Sequence[str], standing: Mapping[str, Placement]) -> None:
-    """Let an object not be handled again where one of two bodies meets the other, if one of them stands there."""
+    """Let an object not be handled again where one of two bodies meets the other, if one of them stands there.
+
+    What the object meets as it is let go, it meets by whatever grasp; as it is taken, closing pads may have turned it.
+    """
     for mover, other in (bodies, bodies[::-1]) if len(bodies) == 2 else ():
         if other == way.object or other not in standing:
             continue
         if mover == way.object:
-            learn_disturbed(workspace, way, other, standing[other])
+            learn_disturbed(workspace, way, other, standing[other], by_any_grasp=way.object not in standing)
         else:
-            learn_refused_beside(workspace, way, other, standing[other], mover)
+            learn_refused_beside(workspace, way, other, standing[other], by_any_grasp=False)
 
 
 def _learn_fall(workspace: Workspace, way: Handling) -> None:
@@ -344,7 +347,7 @@ class Progress:
         elif off.kind == "disturbed" and off.object != way.object:
             stands, _ = self.now.setup.domain.after(self.start, self.now.configuration, solution[: astray.action])
             if astray.correctable:
-                learn_refused_beside(self.now.workspace, way, off.object, stands[off.object], way.object)
+                learn_refused_beside(self.now.workspace, way, off.object, stands[off.object], by_any_grasp=True)
             else:
                 learn_disturbed(self.now.workspace, way, off.object, stands[off.object])
 

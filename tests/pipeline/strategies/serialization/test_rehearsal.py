@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from tamp.checking import Problem, Verdict
 from tamp.execution.log import Deviation
 from tamp.pipeline.prepare import prepare
-from tamp.pipeline.strategies.serialization.partial_plan import INEXACT, Attempt, Progress
+from tamp.pipeline.strategies.serialization.partial_plan import INEXACT, Attempt, Progress, _learn_met
 from tamp.pipeline.strategies.serialization.plan_state import after, begins_at
 from tamp.pipeline.strategies.serialization.rehearsal import among_few, with_falls
 from tamp.pipeline.strategies.serialization.subproblem import Asker
@@ -182,6 +182,18 @@ def test_an_object_that_disturbs_another_in_a_few_ways_waits_for_that_to_go(fall
         assert disturbs(workspace, way, "other", standing)
     elsewhere = Placement(Pose((0.6, 0.5, 0.0)), ("table",))
     assert not disturbs(workspace, ways[0], "other", elsewhere)
+
+
+def test_what_meets_another_as_it_is_taken_may_be_taken_by_another_grasp(fallen):
+    """Closing pads turn it into that one: by which grasp it is let go does not matter."""
+    state, plan = fallen
+    way, other = plan[-1].args[-1], Placement(Pose((0.5, 0.5, 0.0)), ("table",))
+    regrasped = replace(way, grasp=replace(way.grasp, width=way.grasp.width + 0.001))
+    for standing, met in (({"other": other}, True), ({"other": other, way.object: way.placement}, False)):
+        workspace = replace(state.workspace, cache=SampleCache())
+        _learn_met(workspace, way, (way.object, "other"), standing)
+        assert disturbs(workspace, way, "other", other)
+        assert disturbs(workspace, regrasped, "other", other) == met
 
 
 @pytest.mark.parametrize(("distance", "angle", "taken"), [(0.015, 0.3, True), (0.035, 0.3, False), (0.015, 0.6, False)])
