@@ -9,7 +9,7 @@ import numpy as np
 
 from tamp.perception.estimation.candidates import Candidate
 from tamp.perception.estimation.selection import Selection, credit
-from tamp.perception.estimation.verification import CLOSER, Verified
+from tamp.perception.estimation.verification import CLOSER, SHOWN, Verified
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -47,12 +47,15 @@ def confidence(best: Candidate, gain: float, clash: float, ahead: float, goes_on
     return float(np.clip(seen * clean * own**ITS_OWN * (1 - np.exp(-ahead)), 0.0, 1.0))
 
 
-def lead(selection: Selection, i: int, gains: Array, others: Sequence[int], verified: Verified) -> float:
+def lead(
+    selection: Selection, i: int, gains: Array, others: Sequence[int], verified: Verified, told: float = 0.0
+) -> float:
     """How far the next best is behind, in scales at which two thirds are trusted.
 
     Elsewhere, or with an object in its place that was found nowhere, it is what the chosen pose explains more. In the
     same place, turned round or with another object in exchange, it is how much better residuals are; what is explained
-    decides only where nothing was fitted beside.
+    decides only where nothing was fitted beside. Whole pictures may tell, by the share `told`,
+    that it is not turned round, which a place's points may hardly do.
     """
     k = verified.candidate
     gain = max(1.0, float(gains[k]))
@@ -60,7 +63,8 @@ def lead(selection: Selection, i: int, gains: Array, others: Sequence[int], veri
     away = (gain - max((float(gains[o]) for o in others if o not in here), default=0.0)) / gain / AHEAD
     away = min(away, selection.lead_over_absent(i) / gain / AHEAD)
     if np.isfinite(verified.lead):
-        return max(0.0, min(away, verified.lead / CLOSER))
+        in_place = max(verified.lead / CLOSER, min(verified.exchanged / CLOSER, told / SHOWN))
+        return max(0.0, min(away, in_place))
     turned = gain - max((float(gains[o]) for o in others if o in here), default=0.0)
     in_place = min(turned, selection.lead_over_exchange(i)) / gain / AHEAD
     return max(0.0, min(away, in_place))

@@ -282,7 +282,9 @@ def _estimate(
         return Estimate(None, 0.0)
     sure = np.isfinite(verified.lead) and verified.lead > SURELY * CLOSER
     rivals = [] if sure else _rivals(selection, model, found, gains, i, k)
-    pose = _shown(scene, surface, model, [verified.pose, *rivals], verified.own)
+    if not sure and verified.rival is not None:
+        rivals.append(verified.rival)
+    pose, told = _shown(scene, surface, model, [verified.pose, *rivals], verified.own)
     if not verified.shown or pose is not verified.pose:
         pose = _turned(scene, surface, model, pose, verified.own)
     apart = [
@@ -290,7 +292,7 @@ def _estimate(
     ]
     likely = (1 - LIKELY * AHEAD) * gains[k]
     others = [o for o in apart if gains[o] <= likely or not _fitted_alike(scene, model, found[o].pose, verified)]
-    ahead = lead(selection, i, gains, others, verified)
+    ahead = lead(selection, i, gains, others, verified, told)
     clash = OVERLAP * selection.clash(i, firm)
     goes_on = left.goes_on(scene.cloud.points[found[firm].points[found[firm].weights >= LEFT]])
     trust = confidence(found[firm], float(gains[firm]), clash, ahead, goes_on)
@@ -320,21 +322,26 @@ def _rivals(
 
 def _shown(
     scene: Volume, surface: Surface, model: ObjectModel, poses: Sequence[Array], own: NDArray[np.int64]
-) -> Array:
+) -> tuple[Array, float]:
     """The pose, of several in one place, that whole pictures show; the first where they do not clearly show another.
+
+    With it, how much likelier pictures are of the first than of any other, as a share of their likelihood's negative
+    logarithm; 0 where that is not clear.
 
     A rack that lies the other way round explains as many points as well; that its bars are a millimetre beside shows
     only when what each view errs by is taken out.
     """
     if len(poses) == 1:
-        return poses[0]
+        return poses[0], 0.0
     some = own[:: max(1, len(own) // POINTS)]
     fitted = np.stack([polished(scene.cloud, model, pose, some) for pose in poses])
     shown = all_shown(scene.frames, [(surface, fitted[:1]), (surface, fitted[1:])])
-    if shown is None or shown[0].cost - shown[1].cost < CLEARLY:
-        return poses[0]
-    rival = fitted[1 + shown[1].pose]
-    return poses[0] if model.error(fitted[0], rival) < APART else np.asarray(rival)
+    if shown is None:
+        return poses[0], 0.0
+    more, rival = shown[1].cost - shown[0].cost, fitted[1 + shown[1].pose]
+    if more > -CLEARLY or model.error(fitted[0], rival) < APART:
+        return poses[0], more / max(1.0, shown[0].cost) if more > CLEARLY else 0.0
+    return np.asarray(rival), 0.0
 
 
 def _turned(scene: Volume, surface: Surface, model: ObjectModel, pose: Array, own: NDArray[np.int64]) -> Array:

@@ -73,6 +73,8 @@ class Verified:
         lead: how much worse the next best is that was fitted, turned round or another object in exchange, in the
             likelihood's logarithm a point; infinite where there is none.
         shown: whether whole pictures have told its turn.
+        rival: the best of its other poses in its place, clearly turned, shape (4, 4); None where there is none.
+        exchanged: `lead`, of other objects in exchange alone.
     """
 
     candidate: int
@@ -80,15 +82,18 @@ class Verified:
     own: NDArray[np.int64]
     lead: float
     shown: bool = False
+    rival: Array | None = None
+    exchanged: float = np.inf
 
 
 @dataclass(frozen=True, eq=False)
 class _Fit:
-    """An object fitted in a place: the best candidate's pose, its cost, and the least of clearly different ones."""
+    """An object fitted in a place: the best candidate's pose and cost, and those of the best clearly different one."""
 
     candidate: int
     pose: Array
     cost: float
+    rival: Array | None
     second: float
 
 
@@ -122,12 +127,13 @@ def verify(
     verified = {}
     for row, (i, column) in enumerate(zip(seen, columns, strict=True)):
         fit, own = fits[row, column], owns[column]
-        leads = [fit.second - fit.cost, *_margins(costs, columns, row, exchange.leads)]
-        lead = min(max(0.0, min(leads)) / max(1, len(own)), exchange.leads.get(row, np.inf) / SHOWN * CLOSER)
+        margin = max(0.0, min(_margins(costs, columns, row, exchange.leads)))
+        exchanged = min(margin / max(1, len(own)), exchange.leads.get(row, np.inf) / SHOWN * CLOSER)
+        lead = min((fit.second - fit.cost) / max(1, len(own)), exchanged)
         pose = exchange.poses.get(row, fit.pose)
         if len(own) >= 2 * POINTS:  # a pose that was fitted to all points would only drift where they leave it free
             pose = polished(scene.cloud, models[i], pose, own)
-        verified[i] = Verified(fit.candidate, pose, own, lead, row in exchange.poses)
+        verified[i] = Verified(fit.candidate, pose, own, lead, row in exchange.poses, fit.rival, exchanged)
     return verified
 
 
@@ -213,9 +219,12 @@ def _fitted(scene: Volume, model: ObjectModel, candidates: Sequence[tuple[int, A
     costs = seen_through + misfits(scene.cloud, model, poses, some) * len(own) / max(1, len(some))
     best = int(costs.argmin())
     apart = np.array([model.error(poses[best], pose) for pose in poses]) > APART
+    second = int(np.where(apart, costs, np.inf).argmin())
     # Candidates that come to the same pose are one: the first, which explained most before it was fitted.
     same = starts[int(np.flatnonzero(~apart)[0])][0]
-    return _Fit(same, poses[best], float(costs[best]), float(costs[apart].min(initial=np.inf)))
+    if not apart.any():
+        return _Fit(same, poses[best], float(costs[best]), None, np.inf)
+    return _Fit(same, poses[best], float(costs[best]), poses[second], float(costs[second]))
 
 
 def _starts(

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,9 +12,10 @@ import pytest
 from tamp.perception.cameras.capture import shoot, views
 from tamp.perception.cameras.setup import load_setup
 from tamp.perception.estimation.candidates import Candidate
-from tamp.perception.estimation.confidence import confidence
+from tamp.perception.estimation.confidence import confidence, lead
 from tamp.perception.estimation.estimator import estimate_poses
 from tamp.perception.estimation.fusion import FEWEST, VOXEL, Cloud, Left
+from tamp.perception.estimation.verification import CLOSER, SHOWN, Verified
 from tamp.perception.rendering.surface import plain
 from tamp.task import Box, Pose, load_robot
 
@@ -79,6 +82,14 @@ def test_what_shares_more_than_half_of_what_it_explains_with_others_is_uncertain
     best = Candidate(np.eye(4), np.arange(500), np.full(500, 1.0), 0.15, 0.0, 0.0)
     of = [confidence(best, gain, 0.0, 10.0, 0.0) for gain in (200.0, 400.0)]
     assert of[0] < 0.3 < 0.5 < of[1]
+
+
+@pytest.mark.parametrize(("exchanged", "told", "ahead"), [(np.inf, 0.0, 0.5), (np.inf, 4.0, 4.0), (1.5, 4.0, 1.5)])
+def test_a_turn_that_pictures_tell_counts_as_one_that_points_do(exchanged: float, told: float, ahead: float) -> None:
+    """Points of a book's back fit it the other way round nearly as well; pictures that tell do not tell who it is."""
+    alone: Any = SimpleNamespace(center=lambda *_: None, at=lambda *_: [0], lead_over_absent=lambda _: np.inf)
+    turned = Verified(0, np.eye(4), np.arange(9), 0.5 * CLOSER, rival=np.eye(4), exchanged=exchanged * CLOSER)
+    assert lead(alone, 0, np.array([100.0]), [], turned, told * SHOWN) == pytest.approx(ahead)
 
 
 def test_what_another_that_was_found_nowhere_could_be_is_uncertain() -> None:

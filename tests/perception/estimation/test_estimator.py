@@ -157,7 +157,8 @@ def test_of_two_ways_round_in_one_place_whole_pictures_show_one() -> None:
     assert scene is not None
     model, own = object_model(rack), np.arange(len(scene.cloud.points))
     for poses in ([true, true @ around], [true @ around, true]):
-        found = estimator._shown(scene, rack, model, poses, own)
+        found, told = estimator._shown(scene, rack, model, poses, own)
+        assert (told > 0) == (poses[0] is true), "that it is the first is told, too"
         assert np.allclose(found[:3, :3], true[:3, :3], atol=0.03)
 
 
@@ -166,17 +167,18 @@ def _bar(x: float, height: float) -> Surface:
     return Surface(bar.vertices + np.array((x, 0.0, height / 2)), bar.faces, bar.colors)
 
 
-@pytest.mark.parametrize(("by", "kept"), [(5.0, True), (500.0, False)])
+@pytest.mark.parametrize(("by", "kept", "share"), [(5.0, True, 0.0), (500.0, False, 0.0), (-300.0, True, 3.0)])
 def test_pictures_that_hardly_tell_two_ways_round_leave_it_to_the_points(
-    by: float, kept: bool, monkeypatch: pytest.MonkeyPatch
+    by: float, kept: bool, share: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = estimator.see([shot.frame for shot in shoot(LOOKS, POSES, views(CAMERAS, PANDA), PANDA)], Table())
     assert scene is not None
     model, upright = object_model(LOOKS["brick"]), POSES["brick"].matrix
     rolled = upright @ Pose.from_rpy((0.0, 0.0, 0.0), (math.pi / 2, 0.0, 0.0)).matrix
     monkeypatch.setattr(estimator, "all_shown", lambda *_: [Shown(0, 400.0 + by), Shown(0, 400.0)])
-    found = estimator._shown(scene, LOOKS["brick"], model, [upright, rolled], np.arange(0))
+    found, told = estimator._shown(scene, LOOKS["brick"], model, [upright, rolled], np.arange(0))
     assert (model.error(found, upright) < 0.001) == kept
+    assert told == pytest.approx(share)
 
 
 def test_a_guess_that_is_the_chosen_pose_once_it_fits_the_points_is_no_other_answer() -> None:
