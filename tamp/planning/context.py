@@ -88,8 +88,7 @@ class Certified:
     """What a sampler yields to certify more than its stream promises.
 
     A stream that may do so yields all its outputs like this, from the first on: without it, a problem may be taken for
-    infeasible that only further facts could save. So does a test, also where it does not hold: True and False certify
-    nothing more.
+    infeasible that only further facts could save.
 
     Attributes:
         outputs: the outputs as it would otherwise yield them; None to certify facts alone.

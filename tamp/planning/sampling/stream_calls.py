@@ -25,7 +25,7 @@ from tamp.planning.model.objects import Fact
 from tamp.planning.model.stream_instances import Instance
 from tamp.planning.report import StreamReport
 from tamp.planning.sampling import faults
-from tamp.planning.wrappers import SeveralOutputs, UnfitOutputsError
+from tamp.planning.wrappers import Adapted, SeveralOutputs, UnfitOutputsError
 
 T = TypeVar("T")
 
@@ -221,7 +221,7 @@ class Sampling:
             answer = self._run(instance, sampler, context, *values)
             if external.asks is not None:
                 answer = self._fitting(instance, output_iterator, answer)
-            if isinstance(answer, bool | np.bool_):  # which certifies no more
+            if isinstance(sampler, Adapted) and isinstance(answer, bool):  # it can certify no more than that
                 self.tame.add(external.name)
             if isinstance(answer, Iterator):
                 answer = self._run(instance, first_of, answer)

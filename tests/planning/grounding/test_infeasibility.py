@@ -8,6 +8,7 @@ import pytest
 
 from tamp.errors import DomainWarning
 from tamp.planning import Certified, Problem, StreamInfo, solve
+from tamp.planning.wrappers import from_stream_map
 from tests.planning.oracles.exhaustive import search
 from tests.planning.problems import chance
 from tests.planning.problems.unsolvable import DOMAIN, STREAMS, in_reach, out_of_reach, three_grasps
@@ -89,7 +90,7 @@ def test_a_predicate_that_never_holds_of_poses_without_end_does_not_keep_the_pro
             "(AtPose ?b ?p) (HandEmpty))", "(AtPose ?b ?p) (HandEmpty) (not (Wet ?b ?p)))", 1
         ),
         streams=SAMPLERS.rstrip()[:-1] + "(:predicate (Wet ?b ?p) (Pose ?b ?p)))",
-        samplers={**blocks.samplers, "Wet": lambda context, block, pose: False},
+        samplers={**blocks.samplers, **from_stream_map({"Wet": lambda block, pose: False})},
         init=blocks.init,
         goal=("Held", "blue", 1),
     )
@@ -170,6 +171,22 @@ def test_a_sampler_that_certifies_more_than_it_promises_keeps_the_problem_open()
         yield Certified(0.7, facts=(("Kin", "blue", "start of blue", 1, "q"), ("Kin", "blue", 0.7, 1, "q")))
 
     assert solve(table(generous), timeout=20.0).status == "solved"
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_a_test_that_certifies_more_where_it_holds_keeps_the_problem_open(algorithm):
+    def wet(context, block, pose):
+        kin = tuple(("Kin", "blue", "start of blue", grasp, "q") for grasp in (1, 2))
+        return Certified((), kin) if isinstance(pose, float) and pose > 0.8 else False
+
+    blocks = table(fresh=False)
+    problem = replace(
+        blocks,
+        streams=SAMPLERS.rstrip()[:-1] + "(:stream wet :inputs (?b ?p) :domain (Pose ?b ?p) :certified (Block ?b)))",
+        samplers={**blocks.samplers, "wet": wet},
+        goal=("Held", "blue", 1),
+    )
+    assert solve(problem, algorithm=algorithm, timeout=20.0).status == "solved"
 
 
 @in_turn(12)
