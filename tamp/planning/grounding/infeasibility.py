@@ -295,13 +295,14 @@ class Outlook:
             raise Ended("failed", f"{text} is out of reach of all that streams may still give; {names} gave up.")
 
     def _all_tame(self) -> bool:
-        """Whether streams certify no more than they promise, as each has shown; those that have not are called."""
-        before = -1
-        while len(self._sampling.tame) > before:
-            before = len(self._sampling.tame)
-            if not self._surprises.look():
-                return not self._sampling.wild
-        return False
+        """Whether streams certify no more than they promise, as far as is known; those that have not shown are called.
+
+        Where all that were ever called have shown it thereby, there is no need to wait for another look.
+        """
+        if not self._surprises.look():
+            return True
+        called = {instance.external.name for instance in self._knowledge.instances() if instance.calls}
+        return called <= self._sampling.tame - self._sampling.wild and not self._surprises.look()
 
     def _may_surprise(self) -> bool:
         """Whether a stream may yet certify more than it promises: one has, or some have not shown how they answer."""

@@ -173,11 +173,11 @@ def test_a_sampler_that_certifies_more_than_it_promises_keeps_the_problem_open()
     assert solve(table(generous), timeout=20.0).status == "solved"
 
 
-@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize("algorithm", ["adaptive", "binding", "focused"])
 def test_a_test_that_certifies_more_where_it_holds_keeps_the_problem_open(algorithm):
     def wet(context, block, pose):
         kin = tuple(("Kin", "blue", "start of blue", grasp, "q") for grasp in (1, 2))
-        return Certified((), kin) if isinstance(pose, float) and pose > 0.8 else False
+        return Certified((), kin) if isinstance(pose, float) and pose > 0.97 else False
 
     blocks = table(fresh=False)
     problem = replace(
