@@ -10,9 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tamp.checking.actions.left_standing import check_rest, check_uncovered
-from tamp.checking.physics.yielding import slump
+from tamp.checking.physics.yielding import gives_way, slump
 from tamp.checking.tolerances import DEFAULT
 from tamp.task import Box, Object, Pose
+from tamp.task.mesh.parts import convex_hull
+from tests.checking.mutations.solids import hulls
 from tests.checking.physics.heaps import PUT_ON_LEANING, TAKEN_FROM_LEANING, said, scene_of, turned
 from tests.checking.physics.hollow_heaps import PUT_ON_HOLLOW, TAKEN_FROM_HOLLOW
 
@@ -66,3 +68,31 @@ def test_a_board_that_nothing_holds_lies_down(yaw, lean):
     thing = Object("board", board, Pose.from_rpy((0.0, 0.0, float(z)), (0.0, lean, 0.0)), friction=1.0)
     falls = np.tan(lean) > 0.02 / 0.2
     assert (slumped(*turned((thing,), yaw), most=0.03)["board"] > 0.03) == falls
+
+
+@pytest.mark.parametrize("held", [True, False])
+def test_what_sets_out_by_itself_before_a_change_is_not_said_to_go_on_with_momentum(held):
+    """A prism of 16 faces leans beyond its balance on a slope, and the block is taken away that holds it, or stops it.
+
+    Followed from rest it stays on its next face; with the momentum that it gains it rolls on. That counts for what the
+    block held; for what sets out by itself, and comes down on that face beside the block, it tells nothing.
+    """
+    radius, half, slope, most = 0.02, np.pi / 16, 0.14, 0.02
+    flat, edge = radius * np.cos(half), radius * np.sin(half)
+    angles = half * (1 + 2 * np.arange(16))
+    ring = radius * np.stack([np.sin(angles), 0.0 * angles, np.cos(angles)], axis=1)
+    prism = hulls("prism_of_16", [convex_hull(np.vstack([np.add(ring, (0.0, y, 0.0)) for y in (-0.02, 0.02)]))])
+    corners = [(x, y, z) for x in (-0.1, 0.1) for y in (-0.05, 0.05) for z in (-0.03, -x * np.tan(slope))]
+    wedge = hulls("wedge_of_8_degrees", [convex_hull(np.array(corners))])
+    down = Pose.from_rpy((0.0, 0.0, 0.03), (0.0, slope, 0.0))
+    leans = Pose.from_rpy((edge, 0.0, 0.0), (0.0, half - slope + 0.015, 0.0)) @ Pose((-edge, 0.0, flat))
+    front = float((ring @ leans.matrix[0, :3]).max() + leans.xyz[0]) if held else 2 * edge + flat
+    things = (
+        Object("wedge", wedge, Pose((0.0, 0.0, 0.03)), mass=50.0, friction=1.0),
+        Object("prism", prism, down @ leans, friction=1.0),
+        Object("block", Box((0.03, 0.06, 0.06)), down @ Pose((front + 0.0151, 0.0, 0.03)), mass=20.0, friction=1.0),
+    )
+    scene, before = scene_of(things)
+    near, after = replace(DEFAULT, standing=DEFAULT.touching), before.without("block")
+    assert (slump(scene, before, "prism", most, near)["prism"] < 1e-6) == held
+    assert bool(list(gives_way(scene, before, after, ["prism"], most, near))) == held
