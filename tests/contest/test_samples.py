@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -10,7 +11,9 @@ import pytest
 
 pytest.importorskip("embreex", reason="perception needs the extra 'perception'")
 
-from tamp.contest.samples.planner import LostError, brought, carry_out
+from tamp.contest.api.client import Goal, GoalObject
+from tamp.contest.samples.planner import LostError, brought, carry_out, standing
+from tamp.formats.obj import shape_obj
 from tamp.perception.estimate import Estimate
 from tamp.task import Action, Attachment, Box, Fall, Grip, Move, Object, Pose, Release, Task, Trajectory
 
@@ -48,3 +51,14 @@ def test_what_was_brought_is_known_less_surely_and_nothing_else_changes() -> Non
     assert laid["rim"].pose == rests and 0.0 < laid["rim"].confidence < 0.9
     assert (laid["cup"], laid["lid"]) == (known["cup"], known["lid"])
     assert brought(_action(0.05), known) == known
+
+
+def test_what_looks_a_little_inside_another_is_known_where_both_come_to_rest(tmp_path: Path) -> None:
+    """Of things in each other nothing is planned: the sample looked again until its rounds were over."""
+    (tmp_path / "cube.obj").write_bytes(shape_obj(Box((0.05, 0.05, 0.06))))
+    things = {n: GoalObject(n, tmp_path / "cube.obj", None, 0.1, 0.5, np.eye(4), None, None) for n in ("a", "b")}
+    goal, robot = Goal("two", things, (0.0, 0.0, 0.8, 1.2, 0.05)), SimpleNamespace(name="panda")
+    seen = {"a": Estimate(Pose((0.1, 0.0, 0.03)), 0.9), "b": Estimate(Pose((0.145, 0.0, 0.033)), 0.9)}
+    found = standing(goal, cast("Any", robot), seen)
+    a, b = (found[name].pose for name in "ab")
+    assert a is not None and b is not None and b.xyz[0] - a.xyz[0] > 0.0495 and abs(b.xyz[2] - 0.03) < 1e-3

@@ -13,6 +13,7 @@ from tamp.contest.api.client import Refused
 from tamp.errors import PlanningFailure, TampError
 from tamp.perception.belief.absence import absent
 from tamp.perception.belief.belief import Belief, updated
+from tamp.perception.belief.rest import at_rest
 from tamp.perception.cameras.camera import Frame, Intrinsics
 from tamp.perception.cameras.setup import load_setup
 from tamp.perception.estimation.models.object_model import object_model
@@ -40,6 +41,9 @@ from tamp.task import (
     load_robot,
 )  # fmt: skip
 from tamp.task.robot import GENTLE_FORCE
+from tamp.world.geometry.object_geometry import geometry_of_object
+from tamp.world.robot.model import robot_model
+from tamp.world.world import World
 
 if TYPE_CHECKING:
     from tamp.contest.api.client import Goal as Asked
@@ -69,7 +73,7 @@ class Solution:
         """Bring the objects to their goals."""
         known: dict[str, Estimate] = {}
         for seed in range(ROUNDS):
-            known = perceived(goal, robot, seed, known)
+            known = standing(goal, robot, perceived(goal, robot, seed, known))
             task = understood(goal, robot, known)
             try:
                 plan = planned(task, robot, seed)
@@ -120,6 +124,13 @@ def perceived(goal: Asked, robot: Robot, seed: int, known: dict[str, Estimate]) 
     poses = {name: estimate.pose for name, estimate in known.items() if estimate.pose is not None}
     models = {name: object_model(look) for name, look in looks.items()}
     return updated(models, known, found, absent(frames, looks, poses, table_of(goal)))
+
+
+def standing(goal: Asked, robot: Robot, known: dict[str, Estimate]) -> dict[str, Estimate]:
+    """Where objects come to rest from where they are seen: no plan begins with two that are a little in each other."""
+    task = Task(goal.task, tuple(as_object(thing, Pose()) for thing in goal.objects.values()), table=table_of(goal))
+    geometries = {item.name: geometry_of_object(item) for item in task.objects}
+    return at_rest(task, World(robot_model(load_robot(robot.name)), geometries, task.table), known)
 
 
 def brought(action: Action, known: dict[str, Estimate]) -> dict[str, Estimate]:
