@@ -2,9 +2,9 @@
 
 The start scene of each task settles, is rendered with the sensors' noise, and given to the perceiver; only objects of
 which at least 100 points of 4 mm were seen are counted. Errors are EDE over the mesh's own symmetries, and raw. With
---drawn the tables are those of `benchmarks.parts.unseen_tables`, which nobody has tuned for. With --cameras only these
-look, with --viewpoints from their first viewpoints alone. Honesty is asked of every pose that is said, also of what
-hardly shows; what is not found is no estimate.
+--drawn the tables are those of `benchmarks.parts.unseen_tables`, which nobody has tuned for, after what --tasks names.
+With --cameras only these look, with --viewpoints from their first viewpoints alone. Honesty is asked of every pose
+that is said, also of what hardly shows; what is not found is no estimate.
 """
 
 from __future__ import annotations
@@ -73,21 +73,16 @@ def rows(
     data = DATA / "2021"
     if not data.is_dir():
         sys.exit(f"the tasks are not there: {data}")
-    wanted, looking = (
-        tasks or (TUNED[:1] if quick else (*TUNED, *UNSEEN)),
-        some_cameras(load_setup(), cameras, viewpoints),
-    )
-    if not drawn:
-        yield from _of_tables(data, wanted, seeds, regimes, perceiver, looking)
-        return
+    public = tasks or (() if drawn else TUNED[:1] if quick else (*TUNED, *UNSEEN))
+    looking = some_cameras(load_setup(), cameras, viewpoints)
     with tempfile.TemporaryDirectory() as scratch:
-        names = write_tables(data, Path(scratch), range(drawn), tables_seed)
-        yield from _of_tables(Path(scratch), names, seeds, regimes, perceiver, looking)
+        new = write_tables(data, Path(scratch), range(drawn), tables_seed) if drawn else ()
+        tables = [*((data, name) for name in public), *((Path(scratch), name) for name in new)]
+        yield from _of_tables(tables, seeds, regimes, perceiver, looking)
 
 
 def _of_tables(
-    data: Path,
-    tasks: Sequence[str],
+    tables: Sequence[tuple[Path, str]],
     seeds: Sequence[int],
     regimes: Sequence[str],
     perceiver: str,
@@ -97,7 +92,7 @@ def _of_tables(
     for regime in regimes:
         everything: list[_Case] = []
         spent = objects = 0.0
-        for task in tasks:
+        for data, task in tables:
             for seed in seeds:
                 cases, seconds = _measure(data, task, seed, regime == "masks", function, cameras)
                 everything += cases
@@ -167,7 +162,7 @@ def _options() -> argparse.ArgumentParser:
     parser.add_argument("--tasks", nargs="*", default=(), metavar="NAME", help="only these, such as 1-1-1")
     parser.add_argument("--seed", dest="seeds", type=int, nargs="*", default=(0,), metavar="N", help="of the noise")
     parser.add_argument("--regimes", nargs="*", choices=("masks", "none"), default=("none", "masks"))
-    parser.add_argument("--drawn", type=int, default=0, metavar="N", help="so many drawn tables instead")
+    parser.add_argument("--drawn", type=int, default=0, metavar="N", help="so many drawn tables, too; alone: instead")
     parser.add_argument("--tables-seed", type=int, default=0, metavar="N", help="of those (default 0)")
     parser.add_argument("--cameras", nargs="*", default=(), metavar="NAME", help="of OCRTOC's set-up (default all)")
     parser.add_argument("--viewpoints", type=int, default=0, metavar="N", help="the arm's first N (default all)")
