@@ -6,13 +6,17 @@ straight down across a level axis have it oftenest, so many of those are drawn, 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 
-from tamp.streams.affordances.neighbours import enclosed, standing_around, standing_on
+from tamp.streams.affordances.neighbours import enclosed, standing_around, standing_on, upon_carriers
 from tamp.streams.affordances.tilts import upside_down
+from tamp.streams.cache import recalled
+from tamp.streams.context import Context
 from tamp.streams.grasping.hand_clearance import neighbour_cost, support_cost
 from tamp.streams.grasping.ranking import in_reach
 from tamp.streams.hand.antipodal import antipodal_contacts
@@ -49,7 +53,7 @@ TIGHT = 0.003  # beside the object on each side before closing, where there is l
 
 
 def roomy_pinches(
-    workspace: Workspace, obj: str, places: Sequence[Placement], rng: np.random.Generator, points: int = SURFACE
+    context: Context, obj: str, places: Sequence[Placement], points: int = SURFACE, turn: int = 0
 ) -> Pinches:
     """Pinches of an object from all around; only those with room for the hand where it lies in something.
 
@@ -57,30 +61,20 @@ def roomy_pinches(
     opens less may have some.
 
     Args:
-        workspace: what stands where.
+        context: of the stream that is called.
         obj: the object.
         places: where it shall be grasped; its goal, above which it may be let go, is left to others.
-        rng: source of the pinches.
         points: on the surface, that the rays of the first start from.
+        turn: number of the round of sampling; each draws others.
     """
+    workspace: Workspace = context.scene
     start, goal = workspace.start[obj], workspace.goals.get(obj)
     place = next((place for place in places if place == start or place != goal), None)
-    hanging = place.pose if place is not None and hangs_over(workspace, obj, place) else None
-    low, tilts, rises = _from_above(workspace, obj, places)
-    pinches = sample_pinches(workspace, obj, rng, points, hanging, low, tilts, rises)
-    if place is not None and hanging is not None:  # one in a hundred hands is clear there, and few of them in reach
-        pinches = pinches.at(above_table(workspace, pinches, place))
-        pinches = pinches.at(clear_of_object(workspace, obj, pinches))
-    if hanging is not None and place == start:  # it may be gripped elsewhere as well
-        pinches = Pinches.joined([pinches, sample_pinches(workspace, obj, rng, points)])
     if place is None or not enclosed(workspace, obj, place):
-        return pinches
-    roomy = alone = pinches.at(np.zeros(len(pinches), bool))
+        return _around(workspace, obj, places, place, context.rng, points)
+    roomy = alone = Pinches.none()
     for level, clearance in ((LEVEL, CLEARANCE), (SLANTED, TIGHT)):
-        drawn = Pinches.joined([pinches, upright_pinches(workspace, obj, place, rng, level)]).opened(clearance)
-        shuffled = rng.permutation(len(drawn))
-        for first in range(0, len(drawn), AT_ONCE):
-            inside = _clear_of_walls(workspace, obj, drawn.at(shuffled[first : first + AT_ONCE]), place)
+        for inside in _inside(context, obj, place, tuple(places), points, turn, level, clearance):
             roomy = Pinches.joined([roomy, inside])
             # Whoever meets no neighbour either is one in many again.
             alone = Pinches.joined([alone, _clear_of_neighbours(workspace, obj, inside, place)])
@@ -89,6 +83,48 @@ def roomy_pinches(
         if len(alone) >= FEW:
             break
     return alone if len(alone) else roomy
+
+
+def _around(
+    workspace: Workspace,
+    obj: str,
+    places: Sequence[Placement],
+    place: Placement | None,
+    rng: np.random.Generator,
+    points: int,
+) -> Pinches:
+    """Pinches from all around an object that lies in nothing; above the table's edge those that are clear there."""
+    hanging = place.pose if place is not None and hangs_over(workspace, obj, place) else None
+    low, tilts, rises = _from_above(workspace, obj, places)
+    pinches = sample_pinches(workspace, obj, rng, points, hanging, low, tilts, rises)
+    if place is not None and hanging is not None:  # one in a hundred hands is clear there, and few of them in reach
+        pinches = pinches.at(above_table(workspace, pinches, place))
+        pinches = pinches.at(clear_of_object(workspace, obj, pinches))
+    if hanging is not None and place == workspace.start[obj]:  # it may be gripped elsewhere as well
+        pinches = Pinches.joined([pinches, sample_pinches(workspace, obj, rng, points)])
+    return pinches
+
+
+def _inside(context: Context, obj: str, place: Placement, *inputs: Any) -> Iterator[Pinches]:
+    """What `_clear_inside` yields; it is drawn once, however often neighbours are moved that stand there as well."""
+    draw = partial(_clear_inside, obj=obj, place=place, inputs=inputs)
+    yield from recalled(context, "inside", (obj, place, *inputs), upon_carriers(context.scene, obj, place), draw)
+
+
+def _clear_inside(context: Context, obj: str, place: Placement, inputs: tuple[Any, ...]) -> Iterator[Pinches]:
+    """Yield, a few of all pinches at a time, those whose hand is clear of what an object lies in at a placement.
+
+    `inputs` are placements, points and turn of `roomy_pinches`, the level of the axes that hands come down across, and
+    the clearance beside the object.
+    """
+    workspace: Workspace = context.scene
+    places, points, _, level, clearance = inputs
+    low, tilts, rises = _from_above(workspace, obj, places)
+    pinches = sample_pinches(workspace, obj, context.rng, points, None, low, tilts, rises)
+    drawn = Pinches.joined([pinches, upright_pinches(workspace, obj, place, context.rng, level)]).opened(clearance)
+    shuffled = context.rng.permutation(len(drawn))
+    for first in range(0, len(drawn), AT_ONCE):
+        yield _clear_of_walls(workspace, obj, drawn.at(shuffled[first : first + AT_ONCE]), place)
 
 
 def _from_above(

@@ -122,12 +122,12 @@ def _pinches(context: Context, obj: str, places: tuple[Placement, ...]) -> Itera
 
 def _rounds(context: Context, obj: str, places: tuple[Placement, ...]) -> Iterator[Ranked]:
     """Yield the promising pinches of each round of sampling, ranked as if no neighbour were there."""
-    for points in SURFACES:
-        yield _round(context, context.scene, obj, places, points)
+    for turn, points in enumerate(SURFACES):
+        yield _round(context, obj, places, roomy_pinches(context, obj, places, points, turn))
 
 
-def _round(context: Context, workspace: Workspace, obj: str, places: tuple[Placement, ...], points: int) -> Ranked:
-    pinches = roomy_pinches(workspace, obj, places, context.rng, points)
+def _round(context: Context, obj: str, places: tuple[Placement, ...], pinches: Pinches) -> Ranked:
+    workspace: Workspace = context.scene
     if not len(pinches):
         context.fail(f"{obj} has no two opposite surfaces within the gripper's stroke and with room for a hand")
         return pinches, np.empty(0), np.empty(0, bool)

@@ -63,6 +63,11 @@ class Pinches:
         return len(self.widths)
 
     @staticmethod
+    def none() -> Pinches:
+        """No pinches."""
+        return Pinches(np.empty((0, 4, 4)), *(np.empty(0) for _ in range(4)))
+
+    @staticmethod
     def joined(several: Sequence[Pinches]) -> Pinches:
         """All of them, in order."""
         return Pinches(*(np.concatenate(column) for column in zip(*(p._columns for p in several), strict=True)))

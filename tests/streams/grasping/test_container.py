@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from tamp.streams.affordances.neighbours import enclosed
+from tamp.streams.context import Detached
+from tamp.streams.grasping import container
 from tamp.streams.grasping.container import LEVEL, roomy_pinches
 from tamp.streams.grasping.hand_clearance import support_cost
 from tamp.streams.hand.candidates import sample_pinches
@@ -42,7 +44,11 @@ def workspace():
 
 
 def drawn(workspace, name, seed=0):
-    return roomy_pinches(workspace, name, [workspace.start[name]], np.random.default_rng(seed))
+    return roomy_pinches(context_of(workspace, seed), name, [workspace.start[name]])
+
+
+def context_of(workspace, seed=0):
+    return Detached(workspace, seed, np.random.default_rng(seed))
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -62,7 +68,7 @@ def test_where_it_hangs_over_the_edge_only_hands_are_drawn_that_have_room_there(
     workspace = workspace_of(board)
     edge = workspace.task.table.center[1] + workspace.task.table.size[1] / 2
     over = Placement(Pose((-0.1, edge - 0.02, 0.01)), (TABLE,))
-    pinches = roomy_pinches(workspace, "board", [over], np.random.default_rng(0))
+    pinches = roomy_pinches(context_of(workspace), "board", [over])
     assert len(pinches) > 20
     assert np.array(above_table(workspace, pinches, over)).all()
     assert len(np.arange(len(pinches))[clear_of_object(workspace, "board", pinches)]) == len(pinches)
@@ -75,8 +81,24 @@ def test_what_stands_on_the_table_is_pinched_from_all_around(workspace):
 
 def test_for_a_goal_alone_no_room_is_sought_at_the_start(workspace):
     expected = sample_pinches(workspace, "inside", np.random.default_rng(0))
-    found = roomy_pinches(workspace, "inside", [], np.random.default_rng(0))
+    found = roomy_pinches(context_of(workspace), "inside", [])
     assert np.array_equal(found.T_object_tool, expected.T_object_tool)
+
+
+def test_walls_are_asked_about_once_wherever_neighbours_stand(monkeypatch):
+    beside = Object("beside", Box((0.03, 0.03, 0.03)), Pose((0.09, -0.15, 0.03)))
+    workspace = workspace_of(CRATE, INSIDE, beside, on={"inside": ("crate",), "beside": ("crate",)})
+    moved = replace(workspace.start["beside"], pose=Pose((0.11, -0.15, 0.03)))
+    asked, clear = [], container._clear_of_walls
+    monkeypatch.setattr(container, "_clear_of_walls", lambda *args: asked.append(args) or clear(*args))
+    first = drawn(workspace, "inside")
+    count = len(asked)
+    again = drawn(replace(workspace, start={**workspace.start, "beside": moved}), "inside")
+    assert 0 < count == len(asked)
+    assert len(first)
+    assert len(again)
+    drawn(workspace, "inside", 1)
+    assert len(asked) > count
 
 
 def test_in_a_corner_hands_lean_over_and_open_less():
