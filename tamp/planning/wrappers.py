@@ -57,6 +57,17 @@ class SeveralOutputs(tuple[Any, ...]):
     """The outputs of one draw where there is not exactly one: never the single value that a stream waits for."""
 
 
+def outputs_of(output: Any, count: int) -> tuple[Any, ...] | None:
+    """The values of one draw, where a stream waits for so many; None where there are not as many."""
+    values = (output,) if count == 1 and not isinstance(output, SeveralOutputs) else output
+    return tuple(values) if isinstance(values, tuple | list) and len(values) == count else None
+
+
+def shown(output: Any) -> str:
+    """What a sampler gave, in a message."""
+    return reprlib.repr(tuple(output) if isinstance(output, SeveralOutputs) else output)
+
+
 @dataclass(frozen=True)
 class WildOutput:
     """What a generator yields in place of a list of outputs, to certify more than its stream promises."""

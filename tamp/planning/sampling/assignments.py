@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import reprlib
 from collections.abc import Iterator
 from typing import Any
 
@@ -14,7 +13,7 @@ from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.objects import Fact
 from tamp.planning.sampling.optimizers import Component, ask
 from tamp.planning.sampling.stream_calls import Sampling
-from tamp.planning.wrappers import UnfitOutputsError
+from tamp.planning.wrappers import UnfitOutputsError, outputs_of, shown
 
 
 class Assignments:
@@ -57,11 +56,11 @@ class Assignments:
         found = found.outputs if isinstance(found, Certified) else found
         if found is None:
             return None
-        values = (found,) if len(outputs) == 1 else found
-        if not isinstance(values, tuple | list) or len(values) != len(outputs):
+        values = outputs_of(found, len(outputs))
+        if values is None:
             raise SamplerError(
                 f"optimizer {external.optimizer!r}: expected one value for each of {', '.join(names.values())}, "
-                f"found {reprlib.repr(found)}"
+                f"found {shown(found)}"
             )
         counter.successes += 1
         key_of_all = f"{external.optimizer}({len(self._running)})[{counter.calls}"

@@ -25,7 +25,7 @@ from tamp.planning.model.objects import Fact
 from tamp.planning.model.stream_instances import Instance
 from tamp.planning.report import StreamReport
 from tamp.planning.sampling import faults
-from tamp.planning.wrappers import Adapted, SeveralOutputs, UnfitOutputsError
+from tamp.planning.wrappers import Adapted, UnfitOutputsError, outputs_of, shown
 
 T = TypeVar("T")
 
@@ -75,14 +75,14 @@ def output_values(external: External, output: Any) -> tuple[Any, ...]:
     count = len(external.outputs)
     if count == 0:
         return ()
-    values = (output,) if count == 1 and not isinstance(output, SeveralOutputs) else output
-    if not isinstance(values, tuple | list) or len(values) != count:
+    values = outputs_of(output, count)
+    if values is None:
         names = ", ".join(name[1:] for name in external.outputs)
         raise SamplerError(
             f"stream {external.name!r}: expected to yield a tuple of {count} output{'s' * (count > 1)} ({names}), "
-            f"found {reprlib.repr(output)}"
+            f"found {shown(output)}"
         )
-    return tuple(values)
+    return values
 
 
 def function_value(name: str, value: Any) -> float:
