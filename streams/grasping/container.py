@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -73,8 +72,13 @@ def roomy_pinches(
     if place is None or not enclosed(workspace, obj, place):
         return _around(workspace, obj, places, place, context.rng, points)
     roomy = alone = Pinches.none()
+    walls = upon_carriers(workspace, obj, place)  # what clears them is drawn once, however often neighbours are moved
     for level, clearance in ((LEVEL, CLEARANCE), (SLANTED, TIGHT)):
-        for inside in _inside(context, obj, place, tuple(places), points, turn, level, clearance):
+        inputs = obj, place, tuple(places), points, turn, level, clearance
+        draw = partial(
+            _clear_inside, obj=obj, place=place, places=places, points=points, level=level, clearance=clearance
+        )
+        for inside in recalled(context, "inside", inputs, walls, draw):
             roomy = Pinches.joined([roomy, inside])
             # Whoever meets no neighbour either is one in many again.
             alone = Pinches.joined([alone, _clear_of_neighbours(workspace, obj, inside, place)])
@@ -105,20 +109,27 @@ def _around(
     return pinches
 
 
-def _inside(context: Context, obj: str, place: Placement, *inputs: Any) -> Iterator[Pinches]:
-    """What `_clear_inside` yields; it is drawn once, however often neighbours are moved that stand there as well."""
-    draw = partial(_clear_inside, obj=obj, place=place, inputs=inputs)
-    yield from recalled(context, "inside", (obj, place, *inputs), upon_carriers(context.scene, obj, place), draw)
-
-
-def _clear_inside(context: Context, obj: str, place: Placement, inputs: tuple[Any, ...]) -> Iterator[Pinches]:
+def _clear_inside(
+    context: Context,
+    obj: str,
+    place: Placement,
+    places: Sequence[Placement],
+    points: int,
+    level: float,
+    clearance: float,
+) -> Iterator[Pinches]:
     """Yield, a few of all pinches at a time, those whose hand is clear of what an object lies in at a placement.
 
-    `inputs` are placements, points and turn of `roomy_pinches`, the level of the axes that hands come down across, and
-    the clearance beside the object.
+    Args:
+        context: of a sampler that sees what the object lies in, and no neighbours.
+        obj: the object.
+        place: where it lies in something.
+        places: where it shall be grasped.
+        points: on the surface, that the rays of the first start from.
+        level: how far closing axes may point up that hands come straight down across.
+        clearance: beside the object on each side before closing [m].
     """
     workspace: Workspace = context.scene
-    places, points, _, level, clearance = inputs
     low, tilts, rises = _from_above(workspace, obj, places)
     pinches = sample_pinches(workspace, obj, context.rng, points, None, low, tilts, rises)
     drawn = Pinches.joined([pinches, upright_pinches(workspace, obj, place, context.rng, level)]).opened(clearance)

@@ -177,7 +177,7 @@ def _firm_first(
         width, clearance = float(pinches.widths[index]), float(pinches.clearances[index])
         grasp = closed(workspace, obj, pinches.T_object_tool[index], width, clearance)
         if grasp is not None:
-            grasp = straightened(workspace, obj, grasp) or grasp
+            grasp = straightened(workspace, obj, grasp) or grasp  # turned, it may hold nothing any more
         if grasp is None or askew(workspace, obj, grasp):
             pass
         elif costs[index] >= HINDERED:

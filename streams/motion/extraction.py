@@ -74,10 +74,8 @@ def meets(
 
     To those in `near` it may come as near as that says; negative is how deep it may be in them [m].
     """
-    legs = [np.linspace(a, b, math.ceil(float(np.linalg.norm(b - a)) / STEP) + 1) for a, b in pairwise(shifts)] or [
-        shifts
-    ]
-    along = moved(T, np.concatenate(legs))
+    legs = [np.linspace(a, b, math.ceil(float(np.linalg.norm(b - a)) / STEP) + 1) for a, b in pairwise(shifts)]
+    along = moved(T, np.concatenate(legs or [shifts]))
     return any(world.overlaps(obj, along, other, at, tolerance=-near.get(other, 0.0)) for other, at in others.items())
 
 
