@@ -194,9 +194,9 @@ def _add_work(parser: Parser) -> None:
 def _lease(text: str) -> float:
     from tamp.contest.rules import LONGEST_LEASE_S
 
-    if seconds(text) > LONGEST_LEASE_S:
+    if (lease_s := seconds(text)) > LONGEST_LEASE_S:
         raise argparse.ArgumentTypeError(f"{text} s are longer than the {LONGEST_LEASE_S:g} s that a lease may take")
-    return seconds(text)
+    return lease_s
 
 
 NEW = """\

@@ -54,8 +54,8 @@ def lead(
 
     Elsewhere, or with an object in its place that was found nowhere, it is what the chosen pose explains more. In the
     same place, turned round or with another object in exchange, it is how much better residuals are; what is explained
-    decides only where nothing was fitted beside. Whole pictures may tell, by the share `told`,
-    that it is not turned round, which a place's points may hardly do.
+    decides only where nothing was fitted beside. Whole pictures may tell, by the share `told`, that it is not turned
+    round, which a place's points may hardly do.
     """
     k = verified.candidate
     gain = max(1.0, float(gains[k]))
