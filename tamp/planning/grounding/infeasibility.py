@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterable, Iterator
 from dataclasses import dataclass
 
-from tamp.planning.grounding.relaxed_rules import Rule, relaxed_rules
+from tamp.planning.grounding.relaxed_rules import Rule, call_rules, relaxed_rules
 from tamp.planning.model.external import External
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.objects import Fact, Pattern
@@ -21,6 +21,9 @@ ANY = -1
 
 NEW = -2
 """Some object that is not known yet."""
+
+CALLED = "a call"
+"""What follows from the domains of streams, where it is asked whether they may be called."""
 
 EVERY = 1_000
 """Facts looked at between two ticks."""
@@ -56,9 +59,24 @@ def out_of_reach(
     """
     goal = [p for p in schema.goal.positive if p[0] not in ("=", "object")]
     try:
-        return next(iter(_Relaxation(schema, knowledge, goal, effort, tick, proven).lost()), None)
+        return next(iter(_Relaxation(relaxed_rules(schema), knowledge, goal, effort, tick, proven).lost()), None)
     except _Exhausted:
         return None
+
+
+def may_be_called(
+    schema: Schema, knowledge: Knowledge, streams: Container[str], effort: int, tick: Callable[[], None], proven: bool
+) -> bool:
+    """Whether some of these streams may yet be called: there may be inputs for which it has not ended.
+
+    The arguments are those of `out_of_reach`. Where the effort is spent, it may.
+    """
+    called: Pattern = (CALLED,)
+    rules = (*relaxed_rules(schema), *call_rules(schema, called, streams))
+    try:
+        return not _Relaxation(rules, knowledge, [called], effort, tick, proven).lost()
+    except _Exhausted:
+        return True
 
 
 def never_given(schema: Schema, knowledge: Knowledge, lost: Fact) -> tuple[str, ...]:
@@ -95,7 +113,7 @@ class _Relaxation:
 
     def __init__(
         self,
-        schema: Schema,
+        rules: Iterable[Rule],
         knowledge: Knowledge,
         goal: list[Pattern],
         effort: int,
@@ -105,7 +123,7 @@ class _Relaxation:
         self._knowledge = knowledge
         self._proven = proven
         self._goal = dict.fromkeys(goal)
-        self._rules = list(_relevant(list(relaxed_rules(schema)), {str(p[0]) for p in goal}))
+        self._rules = list(_relevant(list(rules), {str(p[0]) for p in goal}))
         self._reached: dict[str, dict[_Hope, None]] = {}
         self._having: dict[tuple[str, int, int], list[_Hope]] = {}
         self._known: deque[_Hope] = deque()
@@ -281,7 +299,7 @@ class Outlook:
         self._next = 2 * self._sampling.draws
         effort = EFFORT + EFFORT_A_DRAW * self._sampling.draws
         lost = out_of_reach(self._schema, self._knowledge, effort, self._tick)
-        if lost is not None and self._all_tame():
+        if lost is not None and self._all_tame(effort):
             text = self._knowledge.objects.text(lost)
             missing = never_given(self._schema, self._knowledge, lost)
             because = f": nothing gives {' or '.join(missing)}" if missing else ""
@@ -290,19 +308,21 @@ class Outlook:
         if lost is not None or not gave_up:
             return
         lost = out_of_reach(self._schema, self._knowledge, effort, self._tick, proven=False)
-        if lost is not None and self._all_tame():
+        if lost is not None and self._all_tame(effort, proven=False):
             text, names = self._knowledge.objects.text(lost), ", ".join(gave_up)
             raise Ended("failed", f"{text} is out of reach of all that streams may still give; {names} gave up.")
 
-    def _all_tame(self) -> bool:
-        """Whether streams certify no more than they promise, as far as is known; those that have not shown are called.
+    def _all_tame(self, effort: int, proven: bool = True) -> bool:
+        """Whether streams certify no more than they promise: those that have not shown it may not be called any more.
 
-        Where all that were ever called have shown it thereby, there is no need to wait for another look.
+        They are called before, twice, lest it take another look.
         """
-        if not self._surprises.look():
-            return True
-        called = {instance.external.name for instance in self._knowledge.instances() if instance.calls}
-        return called <= self._sampling.tame - self._sampling.wild and not self._surprises.look()
+        if self._surprises.look():
+            self._surprises.look()
+        unknown = self._schema.externals.keys() - self._sampling.tame
+        return not self._sampling.wild and not may_be_called(
+            self._schema, self._knowledge, unknown, effort, self._tick, proven
+        )
 
     def _may_surprise(self) -> bool:
         """Whether a stream may yet certify more than it promises: one has, or some have not shown how they answer."""

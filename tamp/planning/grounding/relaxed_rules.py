@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import dataclass
 
 from tamp.planning.model.external import External
@@ -40,6 +40,13 @@ def relaxed_rules(schema: Schema) -> Iterator[Rule]:
         for certified in external.certified:
             body = _checked(external.domain + external.awaited)
             yield Rule(external.name, certified, body, external=external)
+
+
+def call_rules(schema: Schema, head: Pattern, streams: Container[str]) -> Iterator[Rule]:
+    """That `head` holds once one of these streams may be called."""
+    for external in schema.externals.values():
+        if external.name in streams:
+            yield Rule(external.name, head, _checked(external.domain + external.awaited), external=external)
 
 
 def _checked(body: tuple[Pattern, ...]) -> tuple[Pattern, ...]:

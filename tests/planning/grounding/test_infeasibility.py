@@ -173,7 +173,7 @@ def test_a_sampler_that_certifies_more_than_it_promises_keeps_the_problem_open()
     assert solve(table(generous), timeout=20.0).status == "solved"
 
 
-@pytest.mark.parametrize("algorithm", ["adaptive", "binding", "focused"])
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
 def test_a_test_that_certifies_more_where_it_holds_keeps_the_problem_open(algorithm):
     def wet(context, block, pose):
         kin = tuple(("Kin", "blue", "start of blue", grasp, "q") for grasp in (1, 2))
