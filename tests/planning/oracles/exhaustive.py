@@ -69,7 +69,7 @@ def call(problem: Any, source: Any, args: tuple[Constant, ...], seed: int) -> It
     result = problem.samplers[source.name](context, *(arg.value for arg in args))
     if source.is_test:
         if result:
-            yield (), getattr(result, "facts", ())
+            yield getattr(result, "outputs", ()), getattr(result, "facts", ())
         return
     for output in result:
         outputs, facts = getattr(output, "outputs", output), getattr(output, "facts", ())

@@ -2,9 +2,10 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from tamp.planning import solve
+from tamp.planning import Constraints, solve
 from tests.planning.oracles.exhaustive import search, wander
 from tests.planning.problems import chance
 from tests.planning.test_problems import ALGORITHMS, check
@@ -45,6 +46,53 @@ def test_goals_that_can_be_reached(features, seed, algorithm):
     problem = chance.problem(seed, streams=True, features=features)
     goal = wander(problem, 4, seed)
     agree(replace(problem, goal=goal), algorithm)
+
+
+def outline(plan, rng):
+    """A skeleton that a plan follows, with actions left out, and arguments left open or named by variables."""
+    skeleton, names = [], {}
+    for name, args in plan:
+        if rng.random() < 0.25:
+            skeleton.append(...)
+            continue
+        terms = [rng.choice(3, p=(0.2, 0.6, 0.2)) for _ in args]
+        choices = [(..., names.setdefault(arg, f"?v{len(names)}"), arg) for arg in args]
+        skeleton.append((name, *(choice[term] for choice, term in zip(choices, terms, strict=True))))
+    return tuple(skeleton)
+
+
+def follows(plan, skeleton, values=()):
+    """Whether a plan has the actions of a skeleton, in order and no others but where there is a gap."""
+    if not skeleton:
+        return not plan
+    if skeleton[0] is ...:
+        return any(follows(plan[i:], skeleton[1:], values) for i in range(len(plan) + 1))
+    if not plan or plan[0][0] != skeleton[0][0]:
+        return False
+    known = dict(values)
+    for term, arg in zip(skeleton[0][1:], plan[0][1], strict=True):
+        value = known.setdefault(term, arg) if isinstance(term, str) and term.startswith("?") else term
+        if value is not ... and value != arg:
+            return False
+    return follows(plan[1:], skeleton[1:], tuple(known.items()))
+
+
+@in_turn(8)
+@pytest.mark.parametrize(
+    "features", [set(), {"transit", "late"}, {"moody", "exogenous"}, {"wild", "negated", "effects"}]
+)
+def test_skeletons_of_plans_are_followed(features, seed, algorithm):
+    problem = chance.problem(seed, streams=True, features=features)
+    problem = replace(problem, goal=wander(problem, 4, seed))
+    plan, _ = search(problem, rounds=6, calls=9, limit=300)
+    if plan is None:
+        return
+    skeleton = outline(plan, np.random.default_rng(seed))
+    constraints = Constraints(skeleton=skeleton, exact=True)
+    solution = solve(problem, algorithm=algorithm, timeout=20.0, seed=0, constraints=constraints)
+    assert solution.status == "solved", f"{plan} follows {skeleton}"
+    check(problem, solution)
+    assert follows([(action.name, action.args) for action in solution.plan], skeleton)
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)

@@ -195,7 +195,7 @@ def ask_again(
             elif isinstance(external, PredicateStream):
                 known = relation.setdefault(external.name, set())
                 known.add(args) if answer else known.discard(args)
-            elif not answer:
+            elif not answer or getattr(answer, "outputs", ()) is None:
                 refuse_claims(external, state, found, relation)
 
 

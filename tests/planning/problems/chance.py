@@ -67,16 +67,21 @@ class Draw:
         return literal
 
 
+LATE = ("late", "moody", "negated")
+"""Streams that give nothing at first, tests that certify more, and what is asked for by its negation alone."""
+
 CERTIFIED = {
     "wild": {"bonus": 1, "golden": 1},
     "transit": {"spot": 1},
     "exogenous": {"forged": 2},
     "inputless": {"free": 1},
     "told": {"told": 1},
+    "moody": {"bonus": 1, "golden": 1},
+    "negated": {"bad": 2},
 }
 """Feature -> what its streams certify, and the number of arguments."""
 
-FEATURES = ("effects", "wild", "transit", "exogenous", "inputless", "functions", "robots", "told")
+FEATURES = ("effects", "wild", "transit", "exogenous", "inputless", "functions", "robots", "told", *LATE)
 
 
 def domain(draw: Draw, streams: bool, features: Collection[str]) -> str:
@@ -87,6 +92,7 @@ def domain(draw: Draw, streams: bool, features: Collection[str]) -> str:
         name: arity for feature in FEATURES if feature in features for name, arity in CERTIFIED.get(feature, {}).items()
     }
     static |= {name: arity for name, arity in more.items() if name != "told"}
+    asked = {"bad": "(not (bad {}))"}
     inside = derived | static if "effects" in features else derived
     recursive = draw.pick("(d ?y)", "(q ?y)")
     axioms = [
@@ -101,7 +107,7 @@ def domain(draw: Draw, streams: bool, features: Collection[str]) -> str:
             conditions.append(draw.pick("(made ?a ?b)", "(and (made ?a ?b) (ok ?a ?b))"))
         for name, arity in more.items():
             if len(variables) >= arity and draw.chance(0.5):
-                conditions.append(f"({name} {' '.join(variables[:arity])})")
+                conditions.append(asked.get(name, f"({name} {{}})").format(" ".join(variables[:arity])))
         if "transit" in features and draw.chance(0.6):
             conditions.append(f"(at {draw.pick(*variables)})")
         effects = [draw.effect(variables, inside) for _ in range(3)]
@@ -150,6 +156,8 @@ MORE_STREAMS = {
     "transit": "(:stream find-spot :inputs (?x) :domain (thing ?x) :outputs (?y) :certified (spot ?y))",
     "exogenous": """(:stream forge :inputs (?x) :domain (q ?x) :outputs (?y) :certified (forged ?x ?y))
       (:stream test-forge :inputs (?x ?y) :domain (and (forged ?x ?y) (thing ?x)) :certified (product ?y))""",
+    "moody": "(:stream gild :inputs (?x) :domain (bonus ?x) :outputs (?y) :certified (golden ?y))",
+    "negated": "(:predicate (bad ?x ?y) (and (thing ?x) (product ?y)))",
     "inputless": "(:stream spring :outputs (?y) :certified (free ?y))",
     "functions": "(:function (price ?x) (thing ?x))",
     "told": "(:stream test-told :inputs (?x) :domain (thing ?x) :fluents (p q) :certified (told ?x))",
@@ -200,6 +208,28 @@ def make(context: Any, thing: str) -> Iterator[str]:
         yield f"{thing}-{i}"
 
 
+def make_late(context: Any, thing: str) -> Iterator[Any]:
+    """What `make` gives, with nothing before and between."""
+    for product in make(context, thing):
+        yield from [None] * (context.scene % 3)
+        yield product
+
+
+def make_wild_late(context: Any, thing: str) -> Iterator[Any]:
+    """What `make_wild` gives, after nothing at all."""
+    for given in make_wild(context, thing):
+        yield from [None] * (1 + context.scene % 2)
+        yield given
+
+
+def ok_moody(seed: int, thing: str, product: str) -> bool | Certified:
+    """What `ok` says, which certifies more: always where it holds, and of some things where it does not."""
+    facts = (("bonus", product if seed % 2 else thing),)
+    if ok(None, thing, product):
+        return Certified((), facts)
+    return Certified(None, facts) if product.endswith("1") and seed % 4 else False
+
+
 def make_without_end(context: Any, thing: str) -> Iterator[str | None]:
     """The same products, after which it never says that there are no more."""
     yield from make(context, thing)
@@ -246,14 +276,20 @@ def problem(seed: int, streams: bool = False, endless: bool = False, features: C
             "test-ok": lambda context, thing, product: ok(context, thing, product),
         }
         if "wild" in features:
-            samplers["make"] = make_wild
+            samplers["make"] = make_wild_late if "late" in features else make_wild
+        elif "late" in features and not endless:
+            samplers["make"] = make_late
+        if "moody" in features:
+            samplers["test-ok"] = lambda context, thing, product: ok_moody(seed, thing, product)
         known = {"gild": gild, "find-spot": find_spot, "forge": forge, "spring": spring}
         known |= {"find-stop": find_stop}
         known |= {"test-road": lambda context, robot, start, end: (len(start) + ord(end[-1]) + seed) % 3 > 0}
         known |= {"test-told": lambda context, thing: sum(f[1] != thing for f in context.fluents) <= seed % 3}
+        known |= {"bad": lambda context, thing, product: (ord(thing[-1]) + len(product) + seed) % 3 == 0}
         known |= {"price": lambda context, thing: 1.0 + ["ta", "tb", "tc"].index(thing)}
         known |= {"test-forge": lambda context, thing, product: len(product) % 2 == 0}
         texts = [MORE_STREAMS[feature] for feature in FEATURES if feature in features and feature in MORE_STREAMS]
+        texts = list(dict.fromkeys(texts))  # two features may have the same stream
         text_of_all = f"{STREAMS.rstrip()[:-1]} {' '.join(texts)})"
         samplers |= {name: sampler for name, sampler in known.items() if re.search(rf"\(?{name} ", text_of_all)}
         extra = {"streams": text_of_all, "samplers": samplers, "scene": seed}
