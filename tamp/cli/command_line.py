@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 from typing import NoReturn
 
-from tamp.cli.apart import apart, runs_others_code
+from tamp.cli.apart import apart
 from tamp.cli.commands import contest
 from tamp.cli.commands.data import dataset, formats, generate
 from tamp.cli.commands.installation import doctor, installed, robots, samplers
@@ -33,18 +33,32 @@ FAMILIES = (
 )  # fmt: skip
 """The modules that add commands, in the order of `tamp --help`."""
 
-
-SIMULATE = ("execute", "contest")
-"""Commands whose process simulates, and runs no samplers that somebody names."""
+CODE = {"a sampler": ("sampler", "contender", "address"), "code of the task": ("trust_task_code",)}
+"""What is somebody's code where it is given: options by what they name."""
+ADDRESSED = {
+    "a domain": ("domain",), "a strategy": ("strategy",), "a search": ("search",),
+    "a simulator": ("simulator", "settling"), "a perceiver": ("perceive", "perceiver"),
+    "a controller": ("controller",),
+}  # fmt: skip
+"""What is so where it is given by its address, and not by the name of what is installed."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; the exit status: 0 all solved, 1 some not solved, 2 bad input or usage, 130 interrupted."""
+    return _carry_out(_parsed(arguments))
+
+
+def _parsed(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     whole = parser()
     options = whole.parse_args(arguments)
     options.parser = whole
+    return options
+
+
+def _carry_out(options: argparse.Namespace) -> int:
+    """Run the command of parsed options, and turn what goes wrong into its exit status."""
     _log(options.quiet, options.verbose)
-    if _names_code(options) and "" not in sys.path and str(Path.cwd()) not in sys.path:
+    if _named_code(options) and "" not in sys.path and str(Path.cwd()) not in sys.path:
         sys.path.append(str(Path.cwd()))
     try:
         with asked_only() as options.out:
@@ -77,9 +91,9 @@ def run() -> NoReturn:
         if signal.getsignal(number) is signal.SIG_DFL:
             signal.signal(number, _interrupt)
             os.register_at_fork(after_in_child=partial(signal.signal, number, signal.SIG_DFL))
-    arguments = sys.argv[1:]
-    separate = runs_others_code(arguments)
-    _leave(apart(main, _leave, simulated=arguments[0] in SIMULATE) if separate else main())
+    options = _parsed()
+    named = _named_code(options)
+    _leave(apart(_carry_out, options, _leave, " or ".join(named)) if named else _carry_out(options))
 
 
 def _interrupt(number: int, _: object) -> NoReturn:
@@ -102,7 +116,7 @@ def parser() -> Parser:
     statuses = "exit status: 0 all solved, 1 some not solved, 2 bad input or usage, 130 interrupted"
     about = "Task and motion planning at a cluttered table."
     whole = Parser(prog="tamp", description=about, epilog=statuses)
-    whole.set_defaults(verbose=0, quiet=False)
+    whole.set_defaults(verbose=0, quiet=False, line=None)
     add_verbosity(whole)
     whole.add_argument("--version", action=_Version, help="show the version and exit")
     commands = whole.add_subparsers(title="commands", metavar="COMMAND", required=True)
@@ -124,18 +138,20 @@ class _Version(argparse.Action):
         parser.exit()
 
 
-def _names_code(options: argparse.Namespace) -> bool:
-    """Whether the user names code of their own, which is found where they stand, behind all that is installed.
+def _named_code(options: argparse.Namespace) -> Sequence[str]:
+    """What the user names that is code of somebody's, such as "a sampler".
 
-    Nothing else is imported from there: the folder may be a stranger's, and hold a `yaml.py`.
+    It is found where they stand, behind all that is installed. Nothing else is imported from there: the folder may be a
+    stranger's, and hold a `yaml.py`.
     """
-    named = ("sampler", "contender", "trust_task_code", "address")
-    addressed = ("strategy", "search", "simulator", "settling", "perceive", "perceiver")
-    return (
-        any(getattr(options, name, None) for name in named)
-        or any(":" in "".join(getattr(options, name, None) or ()) for name in addressed)  # a name, or several
-        or _is_outside(getattr(options, "domain", None))
-    )
+
+    def is_given(title: str, option: str) -> bool:
+        value = getattr(options, option, None)
+        if option == "domain":
+            return _is_outside(value)
+        return bool(value) if title in CODE else ":" in "".join(value or ())  # a name, or several
+
+    return [title for title, names in {**CODE, **ADDRESSED}.items() if any(is_given(title, option) for option in names)]
 
 
 def _is_outside(domain: str | None) -> bool:

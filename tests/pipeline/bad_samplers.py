@@ -23,6 +23,12 @@ def spins(context, obj):
         pass
 
 
+def spins_in_c(context, obj):
+    """Never come back from C, which lets no other thread run meanwhile."""
+    sum(range(10**15))
+    yield
+
+
 def swallows(context, obj):
     """Spin, and let no exception through."""
     end = time.monotonic() + 3600

@@ -36,8 +36,9 @@ def test_planning_ends_with_its_limit_and_names_who_does_not(name: str) -> None:
     assert "bad_samplers.py:" in done.stderr
 
 
-def test_a_command_ends_even_where_nothing_can_be_interrupted(tmp_path: Path) -> None:
-    bad = ["--timeout", "2", "--sampler", f"sample-grasp={HERE}:swallows"]
+@pytest.mark.parametrize("name", ["swallows", "spins_in_c"])
+def test_a_command_ends_even_where_nothing_can_be_interrupted(tmp_path: Path, name: str) -> None:
+    bad = ["--timeout", "2", "--sampler", f"sample-grasp={HERE}:{name}"]
     done = tamp_("plan", str(ONE), *bad, "--json", "-")
     assert (done.returncode, json.loads(done.stdout)["status"]) == (1, "timeout")
     done = tamp_("solve", str(ONE), *bad, "--output", str(tmp_path / "out"), "--json", "-")
@@ -87,11 +88,28 @@ def test_nothing_for_ever_is_a_timeout_and_prints_are_not_results(tmp_path: Path
 
 def test_a_sampler_that_ends_the_process_from_below_is_no_success(tmp_path: Path) -> None:
     bad = ["--sampler", f"sample-grasp={HERE}:ends", "--json", "-"]
-    done = tamp_("plan", str(ONE), *bad)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.endswith("tamp: a sampler ended the program\n")
+    for command in (["plan"], ["-v", "plan"]):
+        done = tamp_(*command, str(ONE), *bad)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert done.stderr.endswith("tamp: a sampler ended the program\n")
     (result,) = json.loads(tamp_("solve", str(ONE), *bad, "--output", str(tmp_path / "out")).stdout)
     assert result["status"] == "error"
+
+
+@pytest.mark.parametrize(
+    ("command", "named"),
+    [
+        (["plan", str(ONE), "--search"], "a search"),
+        (["plan", str(ONE), "--samp"], "a sampler"),
+        (["solve", str(ONE), "--sampler"], "a sampler"),
+        (["perceive", str(ONE), "--perceiver"], "a perceiver"),
+    ],
+)
+def test_what_ends_the_process_as_it_is_imported_is_no_success(command: list[str], named: str, tmp_path: Path) -> None:
+    stream = "sample-grasp=" * (named == "a sampler")
+    output = ["--output", str(tmp_path / "out")] * (command[0] == "solve")
+    done = tamp_(*command, f"{stream}tests.pipeline.ends_as_imported:it", *output)
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", f"tamp: {named} ended the program\n")
 
 
 @pytest.mark.parametrize("name", ["forks", "closes_streams"])

@@ -24,7 +24,7 @@ from tamp.cli.options import (
 from tamp.cli.output import to_stdout, write_json
 from tamp.cli.paths import DATA, PLAN, output_file
 from tamp.cli.status import SOLVED, UNSOLVED
-from tamp.cli.watchdog import ended_by_force
+from tamp.cli.watchdog import LastWords, ended_by_force
 from tamp.errors import PlanningFailure, PlanRefusedError, TampError
 from tamp.execution.simulators import DEFAULT
 
@@ -69,7 +69,7 @@ def plan(options: argparse.Namespace) -> int:
 
     task = load(options.task, options)
     try:
-        with ended_by_force(UNSOLVED, lambda: _give_up(options, "timeout", "planning could not be interrupted")):
+        with ended_by_force(options, _no_plan("timeout", "planning could not be interrupted")):
             found = plan_task(
                 task,
                 seed=options.seed,
@@ -79,8 +79,7 @@ def plan(options: argparse.Namespace) -> int:
                 trust_task_code=options.trust_task_code,
             )
     except PlanningFailure as failure:
-        _give_up(options, failure.status, str(failure.report))
-        return UNSOLVED
+        return _no_plan(failure.status, str(failure.report)).say(options)
     digest = plan_sha256(found)
     if not to_stdout(options):
         for number, action in enumerate(found.actions):
@@ -100,10 +99,8 @@ def _say_where(options: argparse.Namespace) -> None:
         print(options.output, file=options.out)
 
 
-def _give_up(options: argparse.Namespace, status: str, why: str) -> None:
-    print(f"no plan ({status})\n{why}", file=sys.stderr)
-    write_json(options, {"status": status, "message": why, "actions": []})
-    options.out.flush()
+def _no_plan(status: str, why: str) -> LastWords:
+    return LastWords(UNSOLVED, f"no plan ({status})\n{why}", {"status": status, "message": why, "actions": []})
 
 
 def check(options: argparse.Namespace) -> int:
@@ -132,14 +129,15 @@ def execute(options: argparse.Namespace) -> int:
         print("tamp: WARNING: this plan is carried out UNCHECKED", file=sys.stderr)
     limit = options.time_limit or task.limits.execution_sim_s + BEYOND_LIMITS_S
     late = f"the plan was not carried out within {limit:g} s: simulator {options.simulator!r} did not come to an end"
-    forced = ended_by_force(UNSOLVED, lambda: _leave_off(options, "timeout", late))
+    forced = ended_by_force(options, _not_carried_out("timeout", late))
     try:
         with forced, clock.ended_at(clock.now() + limit):
             run = _carried_out(task, made, options)
     except clock.TimeUp:
-        return _leave_off(options, "timeout", late)
+        return _not_carried_out("timeout", late).say(options)
     except PlanRefusedError as refused:
-        return _leave_off(options, "refused", str(refused), "--unchecked carries it out all the same")
+        words = _not_carried_out("refused", str(refused), "\n--unchecked carries it out all the same")
+        return words.say(options)
     if not to_stdout(options):
         for entry in run.log:
             deviations = "".join(f"; {d}" for d in entry.deviations)
@@ -164,12 +162,9 @@ def _carried_out(task: Task, made: Plan, options: argparse.Namespace) -> Executi
     return execute_plan(task, made, domain=options.domain, trust_task_code=options.trust_task_code, **how)
 
 
-def _leave_off(options: argparse.Namespace, status: str, why: str, hint: str = "") -> int:
-    """Say why a plan was not carried out, or not to its end."""
-    print(f"tamp: {why}", *filter(None, [hint]), sep="\n", file=sys.stderr)
-    write_json(options, {"status": status, "message": why})
-    options.out.flush()
-    return UNSOLVED
+def _not_carried_out(status: str, why: str, hint: str = "") -> LastWords:
+    """Why a plan was not carried out, or not to its end."""
+    return LastWords(UNSOLVED, f"tamp: {why}{hint}", {"status": status, "message": why})
 
 
 def _by_controller(task: Task, made: Plan, options: argparse.Namespace) -> int:
