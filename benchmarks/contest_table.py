@@ -27,7 +27,7 @@ from tamp.contest.rules import Rules
 from tamp.contest.sandbox.choice import choose
 from tamp.errors import TampError
 from tamp.generate.run import copy_library, make_tasks, recipes
-from tamp.results import Result, from_json, to_json
+from tamp.results import Result, from_json, percent, to_json
 from tamp.scenarios.library.model import FOLDER, SETS
 from tamp.scoring.ranking import Mean, Standing, Yardstick, measure
 from tamp.task import Task
@@ -147,17 +147,13 @@ def _row(solution: str, tasks: str, mean: Mean, kept: Sequence[Result]) -> Row:
         "over": tasks,
         "tasks": mean.tasks,
         "error cm": round(100 * mean.error_m, 2),
-        "improvement": _percent(mean.improvement_ueb),
-        "over doing nothing": _percent(mean.improvement),
+        "improvement": percent(mean.improvement_ueb),
+        "over doing nothing": percent(mean.improvement),
         "grasps": f"{grasps}/{attempted}",
-        "grasp success": _percent(grasps / attempted if attempted else None),
+        "grasp success": percent(grasps / attempted if attempted else None),
         "sim s": round(statistics.fmean(result.execution_sim_s for result in kept), 1) if kept else "-",
         "solved": sum(result.status == "solved" for result in kept),
     }
-
-
-def _percent(share: float | None) -> str:
-    return "-" if share is None else f"{round(share, 3) + 0.0:.1%}"
 
 
 def a_share(text: str) -> tuple[int, int]:

@@ -181,7 +181,7 @@ COLUMNS: Mapping[str, Callable[[Result], str]] = MappingProxyType(
         "sim s": lambda r: f"{r.execution_sim_s:.0f}",
         "EDE cm": lambda r: _number(r.ede_m, 100.0, ".2f"),
         "doing nothing cm": lambda r: _number(r.do_nothing_ede_m, 100.0, ".1f"),
-        "improvement": lambda r: _number(r.improvement, 1.0, ".0%"),
+        "improvement": lambda r: percent(r.improvement, 0),
     }
 )
 """Heading of the table -> the cell of a result."""
@@ -233,6 +233,11 @@ def table_lines(results: Sequence[Result], width: int | None = None) -> list[str
 
 def _number(value: float | None, scale: float, form: str) -> str:
     return "-" if value is None else format(scale * value, form)
+
+
+def percent(share: float | None, digits: int = 1) -> str:
+    """A share such as "12.3%", or "-" where there is none; what rounds to nothing has no sign."""
+    return "-" if share is None else f"{round(share, digits + 2) + 0.0:.{digits}%}"
 
 
 def summary(results: Iterable[Result]) -> str:

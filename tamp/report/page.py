@@ -5,6 +5,7 @@ from __future__ import annotations
 from importlib.resources import files
 from typing import Any
 
+from tamp.results import percent
 from tamp.versions import versions
 
 
@@ -23,5 +24,5 @@ def render(template: str, **data: Any) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["svg"] = Markup
+    environment.filters |= {"svg": Markup, "percent": percent}
     return environment.get_template(template).render(data, versions=versions())

@@ -103,3 +103,10 @@ def test_a_leaderboard_ranks_results_folders(tmp_path: Path, task: Path, capsys:
         best, worst = json.loads(written.read_text(encoding="utf-8"))
         assert (best["mean"]["error_m"], best["solved"]) == (0.01, 1)
         assert (worst["mean"]["improvement"], worst["attempted"]) == (0.0, 0)
+
+
+def test_what_is_as_good_as_nothing_has_no_sign(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    same = Result("pair", 0, "failed", ede_m=0.30001, do_nothing_ede_m=0.3, mean_ueb_m=0.30001, level=1)
+    assert main(["score", "--leaderboard", _folder(tmp_path / "idle", same)]) == 0
+    output = capsys.readouterr().out
+    assert output.count(" 0.0%") == 2 and "(0.0%)" in output and "-0" not in output

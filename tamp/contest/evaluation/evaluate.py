@@ -16,7 +16,7 @@ from tamp.contest.rules import Rules
 from tamp.contest.sandbox.isolation import Sandbox, visible
 from tamp.errors import TampError
 from tamp.execution.simulators import require
-from tamp.results import Result, to_json
+from tamp.results import Result, percent, to_json
 from tamp.scoring.ranking import Standing, Yardstick, measure
 from tamp.task import Task
 
@@ -155,18 +155,17 @@ def table(results: Sequence[Result], tasks: Sequence[Task], rules: Rules) -> lis
         default = r.mean_ueb_m if rules.baseline == "ueb" else r.do_nothing_ede_m
         better = r.improvement_ueb if rules.baseline == "ueb" else r.improvement
         numbers = ["-" if value is None else f"{100 * value:.2f}" for value in (r.ede_m, default)]
-        share = "-" if better is None else f"{better:.0%}"
         lines.append(
-            f"{r.task:{width}s}  {r.simulator:9s}  {r.seed:3d}  {numbers[0]:>8s}  {numbers[1]:>10s}  {share:>6s}  "
-            f"{f'{r.grasps_succeeded}/{r.grasps_attempted}':>6s}  {r.execution_sim_s:6.1f}  {r.settings['ended']}"
+            f"{r.task:{width}s}  {r.simulator:9s}  {r.seed:3d}  {numbers[0]:>8s}  {numbers[1]:>10s}  "
+            f"{percent(better, 0):>6s}  {f'{r.grasps_succeeded}/{r.grasps_attempted}':>6s}  {r.execution_sim_s:6.1f}  "
+            f"{r.settings['ended']}"
         )
     lines += sorted({f"{r.task}, {r.simulator}, run {r.seed}: {r.message}" for r in results if r.message})
-    made_good = improvement(standing, rules)
-    grasps = "none" if standing.grasp_success is None else f"{standing.grasp_success:.1%}"
+    grasps = "none" if standing.grasp_success is None else percent(standing.grasp_success)
     lines.append(
         f"mean error {100 * standing.mean.error_m:.2f} cm, improvement over the default error "
-        f"{'-' if made_good is None else format(made_good, '.1%')}, grasp success {grasps} "
-        f"({standing.grasps_succeeded}/{standing.grasps_attempted}), "
+        f"{percent(improvement(standing, rules))}, grasp success "
+        f"{grasps} ({standing.grasps_succeeded}/{standing.grasps_attempted}), "
         f"{standing.solved} of {len(yardsticks)} tasks solved"
     )
     return lines

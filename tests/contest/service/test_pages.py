@@ -180,6 +180,15 @@ def test_a_task_without_a_goal_pose_takes_no_figures_of_another(service: Service
     assert "<b>open</b>" in own and "doing nothing 20.00" in own
 
 
+def test_what_a_solution_printed_is_shown_line_by_line_with_all_that_it_has(service: Service) -> None:
+    number = service.hand_in(service.ours).json()["id"]
+    service.evaluate(0.2 + 1e-5, "one\x1b[2J\n\ttwo \u202e\u2066three\r\nfour <b>")
+    assert "one\ufffd[2J\n        two \ufffd\ufffdthree\nfour &lt;b&gt;</pre>" in (
+        service.get(f"/submissions/{number}", service.ours).text
+    )
+    assert "-0.0" not in service.get("/").text
+
+
 def test_a_team_finds_its_row_and_what_went_wrong(service: Service) -> None:
     """Its row is marked; failed runs are counted above what they printed, of which a page has the end."""
     number = service.hand_in(service.ours).json()["id"]

@@ -13,7 +13,7 @@ from tamp.cli.output import to_stdout, write_json
 from tamp.cli.paths import distinct
 from tamp.cli.status import SOLVED, UNSOLVED
 from tamp.errors import TampError
-from tamp.results import Result, read_results
+from tamp.results import Result, percent, read_results
 from tamp.task.files.regular_file import followed
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def _lines(whole: Score, evaluation: Evaluation) -> list[str]:
     lines += [f"{name:24s} lost" for name in evaluation.lost if name not in scored]
     if evaluation.error is not None and evaluation.do_nothing is not None and evaluation.bound is not None:
         told = f"mean {factor * evaluation.error:.2f}{unit}; doing nothing {factor * evaluation.do_nothing:.2f}{unit}"
-        better = "" if evaluation.improvement is None else f" (improvement {evaluation.improvement:.1%})"
+        better = "" if evaluation.improvement is None else f" (improvement {percent(evaluation.improvement)})"
         lines.append(f"{told}{better}; mean bound {factor * evaluation.bound:.2f}{unit}")
     if evaluation.unit != "m" and evaluation.objects:
         shares = (f"{share:.0%} over {threshold}" for threshold, share in evaluation.in_place().items())
@@ -151,7 +151,7 @@ def _table(standings: Sequence[Standing]) -> list[str]:
         low, high = s.interval_m
         rows.append((
             str(s.rank), s.solution, f"{100 * s.mean.error_m:.2f}", f"{100 * low:.2f}-{100 * high:.2f}",
-            _percent(s.mean.improvement), _percent(s.mean.improvement_ueb), _percent(s.grasp_success),
+            percent(s.mean.improvement), percent(s.mean.improvement_ueb), percent(s.grasp_success),
             "-" if s.execution_s is None else f"{s.execution_s:.1f}", f"{s.attempted} of {s.mean.tasks}",
             str(s.solved), *(_level(s.levels[level]) for level in levels),
         ))  # fmt: skip
@@ -160,8 +160,4 @@ def _table(standings: Sequence[Standing]) -> list[str]:
 
 
 def _level(mean: Mean) -> str:
-    return f"{100 * mean.error_m:.2f} ({_percent(mean.improvement)})"
-
-
-def _percent(share: float | None) -> str:
-    return "-" if share is None else f"{share:.1%}"
+    return f"{100 * mean.error_m:.2f} ({percent(mean.improvement)})"

@@ -10,6 +10,8 @@ from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
 from tamp.contest.api import client
+from tamp.contest.sandbox.isolation import visible
+from tamp.results import percent
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -87,7 +89,7 @@ def _environment() -> Environment:
     made = Environment(
         loader=FunctionLoader(_read), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    made.filters |= {"cm": _cm, "share": _share, "moment": _moment, "size": _size}
+    made.filters |= {"cm": _cm, "share": _share, "moment": _moment, "size": _size, "printed": _printed}
     return made
 
 
@@ -96,7 +98,12 @@ def _cm(value: float | None) -> str:
 
 
 def _share(value: float | None) -> str:
-    return "–" if value is None else f"{100 * value:.1f} %"
+    return "–" if value is None else percent(value).replace("%", " %")
+
+
+def _printed(log: str) -> str:
+    """What a solution printed, its lines as they are, and each with all that it has in sight."""
+    return "\n".join(visible(line.expandtabs()) for line in log.splitlines())
 
 
 def _size(kib: int) -> str:
