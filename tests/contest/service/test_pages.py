@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import socket
 import threading
 import zipfile
@@ -202,6 +203,7 @@ def test_a_team_finds_its_row_and_what_went_wrong(service: Service) -> None:
     assert board.count(' mine">') == 1 and board.count('class="mine"') == 1 and "mine" not in others
     assert others.count("<bdi>ours</bdi>") == 2, "in the board, and in a row of its errors of each task"
     page = service.get(f"/submissions/{number}", service.ours).text
+    assert re.findall(r"<b>(.*?)</b>.*?</meter> (.*?)</td>", page) == [("10.00", "50.0 %")] * 3, "two tasks, their mean"
     assert "1 of 4 runs did not end well" in page
     assert "xend</pre>" in page and "begin" not in page and "the API has all 30008" in page
     assert "did not end well" not in service.get(f"/submissions/{number}").text
