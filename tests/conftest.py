@@ -3,6 +3,7 @@
 No example has a deadline: on a busy machine that would test the machine.
 """
 
+import gc
 import os
 import signal
 
@@ -12,6 +13,12 @@ from hypothesis import settings
 settings.register_profile("same", derandomize=True, deadline=None)
 settings.register_profile("exploring", deadline=None)
 settings.load_profile("exploring" if os.environ.get("EXPLORE") else "same")
+
+
+def pytest_collection_finish():
+    """Thousands of tests and all that they import stay to the end, and need not be gone through for garbage again."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(autouse=True, scope="session")

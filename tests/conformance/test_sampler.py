@@ -82,6 +82,7 @@ def test_the_domains_own_samplers_fit(stream: str, monkeypatch: pytest.MonkeyPat
         # To its end it takes seconds, and the kit calls it to its end, twice.
         monkeypatch.setattr(kit, "CALLS", 1)
         monkeypatch.setattr(regrasps, "ROUNDS", 1)
+    monkeypatch.setattr(kit, "ROUNDS", 1)  # of times: nothing is asked of them here
     monkeypatch.setattr(laid_aside, "TAKERS", 2)  # other streams' inputs come from there too
     monkeypatch.setattr(laid_aside, "ROUNDS", 1)
     task = tamp.load_task(ONE.with_name(f"{SCENARIOS_OF.get(stream, 'one_object')}.yaml"))

@@ -29,7 +29,7 @@ def tamp_(*arguments: str) -> subprocess.CompletedProcess[str]:
 
 @pytest.mark.parametrize("name", ["sleeps", "spins", "starts_a_thread"])
 def test_planning_ends_with_its_limit_and_names_who_does_not(name: str) -> None:
-    done = tamp_("plan", str(ONE), "--timeout", "5", "--sampler", f"sample-grasp={HERE}:{name}")
+    done = tamp_("plan", str(ONE), "--timeout", "3", "--sampler", f"sample-grasp={HERE}:{name}")
     assert done.returncode == 1, done.stderr
     assert "no plan (timeout)" in done.stderr
     assert f"the sampler of stream 'sample-grasp' went on past the limit for (red): {HERE}:{name}" in done.stderr

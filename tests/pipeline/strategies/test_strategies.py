@@ -66,7 +66,7 @@ def test_a_strategy_and_a_search_of_ones_own_are_named_by_their_address(name, tr
 
 def test_where_not_all_goals_can_be_reached_net_benefit_reaches_what_it_can():
     settings = Settings(strategy="net-benefit", clock="processor")
-    run = carry_out(Task("two", (RED, HUGE)), timeout=10.0, settings=settings, execute=False)
+    run = carry_out(Task("two", (RED, HUGE)), timeout=3.0, settings=settings, execute=False)
     (plan,) = run.plans
     assert [action.name for action in plan.actions] == ["move", "pick", "move", "place"]
     assert set(plan.report["left"]) == {"huge"}
@@ -85,14 +85,14 @@ class Thrifty:
 
 def test_a_strategy_of_ones_own_that_supports_soft_goals_reaches_what_it_can():
     settings = Settings(strategy=f"{__name__}:Thrifty", clock="processor")
-    (plan,) = carry_out(Task("two", (RED, HUGE)), timeout=10.0, settings=settings, execute=False).plans
+    (plan,) = carry_out(Task("two", (RED, HUGE)), timeout=3.0, settings=settings, execute=False).plans
     assert [action.name for action in plan.actions] == ["move", "pick", "move", "place"]
     assert set(plan.report["left"]) == {"huge"} and plan.report["strategy"] == {"name": "thrifty"}
 
 
 def test_all_at_once_says_why_there_is_no_plan():
     with pytest.raises(PlanningFailure) as failed:
-        tamp.plan(Task("two", (RED, HUGE)), timeout=3.0, clock="processor", strategy="all-at-once")
+        tamp.plan(Task("two", (RED, HUGE)), timeout=1.0, clock="processor", strategy="all-at-once")
     assert failed.value.status in ("failed", "timeout")
 
 
