@@ -170,6 +170,9 @@ def test_packings_whose_bombs_go_off_in_memory_are_refused(tmp_path: Path, packi
 def test_the_same_name_twice_and_no_module_are_refused(tmp_path: Path) -> None:
     with pytest.raises(PackageError, match=r"'SOLUTION.py' differs from 'solution.py' by capitals only"):
         unpack(_zip(tmp_path / "capitals.zip", {"solution.py": CODE, "SOLUTION.py": CODE}), tmp_path / "out")
+    composed, parted = "caf\u00e9.py", "cafe\u0301.py"
+    with pytest.raises(PackageError, match="comes twice; nothing was unpacked"):
+        unpack(_zip(tmp_path / "forms.zip", {composed: CODE, parted: CODE}), tmp_path / "out")
     with pytest.raises(PackageError, match="'data//x' comes twice"):
         unpack(_zip(tmp_path / "twice.zip", {"solution.py": CODE, "data/x": "", "data//x": ""}), tmp_path / "out")
     with pytest.raises(PackageError, match=r"expected a module solution\.py"):
