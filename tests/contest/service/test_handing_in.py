@@ -166,6 +166,43 @@ def test_an_upload_that_takes_for_ever_is_ended(service: Service, monkeypatch: p
     assert not list(service.data.glob("scratch/*/"))
 
 
+def test_a_team_that_keeps_uploads_open_has_only_so_many_at_once(
+    service: Service, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import anyio
+    from httpx import ASGITransport, AsyncClient
+
+    async def trickle() -> AsyncIterator[bytes]:
+        while True:
+            yield b" "
+            await anyio.sleep(0.01)
+
+    monkeypatch.setattr("tamp.contest.service.web.app.UPLOAD_S", 0.5)
+    monkeypatch.setattr("tamp.contest.service.web.app.count_attempt", lambda *_: None)  # others were begun long ago
+    (service.data / "contest.yaml").write_text(RULES.replace("a_minute: 50", "a_minute: 2"))
+    app = make_app(service.store, load_contest(service.data / "contest.yaml"), service.data)
+    found = []
+
+    async def hand_in(token: str, content: bytes | AsyncIterator[bytes]) -> None:
+        async with AsyncClient(transport=ASGITransport(app=app), base_url="http://testserver") as client:
+            headers = {"Authorization": f"Bearer {token}"}
+            answer = await client.post("/api/submissions?name=a.py", headers=headers, content=content)
+            found.append((answer.status_code, "under way" in answer.text))
+
+    async def several() -> None:
+        async with anyio.create_task_group() as group:
+            for _ in range(2):
+                group.start_soon(hand_in, service.ours, trickle())
+            while len(list(service.data.glob("scratch/*/upload"))) < 2:
+                await anyio.sleep(0.01)
+            await hand_in(service.ours, CODE)
+            await hand_in(service.theirs, CODE)
+        await hand_in(service.ours, CODE)
+
+    anyio.run(several)
+    assert found == [(429, True), (201, False), (408, False), (408, False), (201, False)]
+
+
 def test_an_upload_whose_sender_goes_away_leaves_nothing_and_is_no_error(service: Service) -> None:
     import anyio
 

@@ -6,8 +6,9 @@ import errno
 import io
 import logging
 import zipfile
-from collections.abc import Callable
-from contextlib import ExitStack
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
@@ -113,6 +114,7 @@ class Routes:
 
     def __init__(self, store: Store, contest: Contest, data: Path, board: Board) -> None:
         self._store, self._contest, self._data, self._board = store, contest, data, board
+        self._uploads = Counter[int]()  # under way, of each team
 
     def add_to(self, app: FastAPI) -> None:
         """Add pages and API."""
@@ -281,12 +283,24 @@ class Routes:
         if request.headers.get("Content-Type", "").startswith("multipart/"):
             raise HTTPException(415, "the file itself is the request's body, not a form: curl --data-binary @FILE")
         await run_in_threadpool(count_attempt, self._store, self._contest, team)
-        with ExitStack() as stack:
+        with self._under_way(team), ExitStack() as stack:
             folder = await run_in_threadpool(stack.enter_context, scratch_folder(self._data))
             upload = await self._receive(request, folder / "upload")
             found = await run_in_threadpool(accept, self._store, self._contest, self._data, team, kind, name, upload)
         answer = {"id": found.id, "new": found.new, "page": f"/submissions/{found.id}"}
         return JSONResponse(answer, 201 if found.new else 200)
+
+    @contextmanager
+    def _under_way(self, team: Team) -> Iterator[None]:
+        """Of a team's uploads as many are received at once as it may begin within a minute: slow ones keep the disk."""
+        most = self._contest.rules.uploads.a_minute
+        if self._uploads[team.id] >= most:
+            raise TooManyError(f"{most} uploads of your team are under way; wait until one has ended")
+        self._uploads[team.id] += 1
+        try:
+            yield
+        finally:
+            self._uploads[team.id] -= 1
 
     async def _receive(self, request: Request, path: Path) -> Path:
         """The request's body as a file, read no farther than the rules allow."""
