@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, cast
 
 from tamp import clock
@@ -24,6 +24,7 @@ def closed(job: Job, execute: bool) -> Run:
     """What a run has come to; with `execute` its score counts, or else its plan."""
     reached = score(job.task, job.final_poses, job.facts)
     status = _status(job, execute, reached)
+    perception = _perception(job, reached)
     result = Result(
         task=job.task.name,
         seed=job.seed,
@@ -42,7 +43,7 @@ def closed(job: Job, execute: bool) -> Run:
         mean_ueb_m=reached.mean_ueb_m,
         **(_outcome(reached) if execute else {}),  # what was not executed has no score
         plan_sha256=plan_sha256(job.plans[0]) if job.plans else "",
-        message="" if status in ("solved", "planned") else _message(job, reached, status),
+        message="" if status in ("solved", "planned") else _message(job, reached, status, perception),
         remarks=job.remarks,
         versions=versions(),
         task_path="" if job.task.path is None else str(job.task.path),
@@ -51,7 +52,7 @@ def closed(job: Job, execute: bool) -> Run:
         domain=job.settings.domain or job.task.domain,
         strategy=job.strategy,
         simulator=job.settings.chosen("simulator"),
-        **_perception(job, reached),
+        **perception,
         settings=job.settings.recorded() | {"timeout_s": job.limit, "execute": execute},
     )
     executions, rejections = tuple(job.executions), tuple(job.rejections)
@@ -72,7 +73,7 @@ def _status(job: Job, execute: bool, reached: Score) -> Status:
     return cast("Status", in_all(job.failure.status, used_up=used_up))
 
 
-def _message(job: Job, reached: Score, status: Status) -> str:
+def _message(job: Job, reached: Score, status: Status, perception: Mapping[str, Any]) -> str:
     missed = [name for name, met in reached.goals_met.items() if not met]
     parts = [f"goals not reached: {', '.join(missed)}"] if missed and job.executions else []
     if job.executions and job.executions[-1].deviation is not None:
@@ -81,7 +82,10 @@ def _message(job: Job, reached: Score, status: Status) -> str:
         parts.append(f"execution passed its limit of {job.task.limits.execution_sim_s:g} simulated seconds")
     parts += [f"{name} left: {why}" for name, why in job.left.items()]
     parts += _beyond_reach(job, [name for name in missed if name not in job.left])
-    parts += [f"{name} was not seen" for name in (job.perceived.unseen if job.perceived else ())]
+    unseen = job.perceived.unseen if job.perceived else ()
+    fates = {o["name"]: o["fate"] for o in perception.get("perception", ()) if job.executions}
+    parts += [f"{name}: {fates[name]}" for name in missed if name in fates and name not in (*job.left, *unseen)]
+    parts += [f"{name} was not seen" for name in unseen]
     if job.failure is not None and not job.left:
         parts += [f"no plan ({status})", *job.obstacles]
         if isinstance(job.failure.report, clock.TimeUp):
