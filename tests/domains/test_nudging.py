@@ -1,14 +1,10 @@
-from pathlib import Path
-
 import tamp
 from tamp.checking import check
-
-SCENARIO = Path(__file__).parents[2] / "scenarios" / "nudge_in_crate.yaml"
+from tests.planned import planned
 
 
 def test_what_no_hand_can_take_out_of_a_crate_is_nudged_to_its_place_in_there():
-    task = tamp.load_task(SCENARIO)
-    plan = tamp.plan(task, seed=0, timeout=100.0)
+    task, plan = planned("nudge_in_crate", 0)
     assert [action.name for action in plan.actions] == ["move", "nudge"]
     assert plan.actions[-1].arguments == ("slab", "crate")
     assert check(task, plan).accepted

@@ -2,14 +2,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import islice
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import tamp
 from tamp.checking import check
 from tamp.checking.actions.collisions import blow
 from tamp.checking.actions.fall import _turn, _turned, check_fall
@@ -25,20 +23,20 @@ from tamp.task.mesh.parts import convex_hull, parts
 from tamp.task.model import Table
 from tests.checking.judging import assert_wrong_and_rejected
 from tests.checking.mutations import FALLS
+from tests.planned import planned
 from tests.streams.tables import workspace_of
 
-SCENARIOS = Path(__file__).parents[3] / "scenarios"
 CUBE = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
 
 
 @pytest.fixture(scope="module")
 def task():
-    return tamp.load_task(SCENARIOS / "lay_book.yaml")
+    return planned("lay_book", 0)[0]
 
 
 @pytest.fixture(scope="module")
-def plan(task):
-    return tamp.plan(task, seed=0, timeout=100.0)
+def plan():
+    return planned("lay_book", 0)[1]
 
 
 def with_fall(plan, fall):
@@ -150,12 +148,12 @@ def test_an_object_may_fall_away_from_what_it_leans_on():
 
 @pytest.fixture(scope="module")
 def corner():
-    return tamp.load_task(SCENARIOS / "drop_into_corner.yaml")
+    return planned("drop_into_corner", 0)[0]
 
 
 @pytest.fixture(scope="module")
-def drop(corner):
-    return tamp.plan(corner, seed=0, timeout=100.0)
+def drop():
+    return planned("drop_into_corner", 0)[1]
 
 
 def moved(plan, x=0.0, z=0.0):

@@ -2,15 +2,15 @@ from __future__ import annotations
 
 import pytest
 
-import tamp
+from tests.planned import planned
 
 
 @pytest.fixture(scope="module")
 def task(request):
     """The scenario of a test module."""
-    return tamp.load_task(request.module.SCENARIO)
+    return planned(request.module.SCENARIO, 0)[0]
 
 
 @pytest.fixture(scope="module")
-def plan(task):
-    return tamp.plan(task, seed=0, timeout=100.0)
+def plan(request):
+    return planned(request.module.SCENARIO, 0)[1]

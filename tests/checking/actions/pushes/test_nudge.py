@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
@@ -12,7 +11,7 @@ from tests.checking.handmade import Hand
 from tests.checking.test_carried_astray import HOME, calm, pushed_on
 from tests.task.meshes import parts_obj
 
-SCENARIO = Path(__file__).parents[4] / "scenarios" / "nudge_in_crate.yaml"
+SCENARIO = "nudge_in_crate"
 
 
 def edited(plan, edit):

@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +16,7 @@ from tamp.world.robot.model import robot_model
 from tests.checking.judging import assert_wrong_and_rejected
 from tests.checking.mutations import PUSHES, push_tips_aslant, push_what_slips
 
-SCENARIO = Path(__file__).parents[4] / "scenarios" / "slide_box.yaml"
+SCENARIO = "slide_box"
 
 
 def pushing(plan):

@@ -1,20 +1,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-import tamp
 from tamp.checking import check
 from tamp.task import Box, Fall, Move, Object, Pose
 from tests.checking.handmade import tree
 from tests.checking.judging import assert_wrong_and_rejected
 from tests.checking.mutations import FALLS, TOPPLES
 from tests.checking.mutations.topples import topple_halfway, topple_on_ice
+from tests.planned import planned
 
-SCENARIO = Path(__file__).parents[4] / "scenarios" / "topple_pail.yaml"
+SCENARIO = "topple_pail"
 CORRUPTIONS = {**TOPPLES, **FALLS}
 
 
@@ -82,7 +81,7 @@ def test_a_hand_that_lifts_or_drags_it_does_not_turn_it_over_its_edge(task, plan
 
 
 def test_a_push_that_only_shifts_it_is_no_topple(task, plan):
-    slide = tamp.plan(tamp.load_task(SCENARIO.with_name("slide_box.yaml")), seed=0, timeout=100.0)
+    _, slide = planned("slide_box", 0)
     push = next(s for a in slide.actions for s in a.steps if isinstance(s, Move) and s.pushed)
     assert "does not turn" in said(task, edited(plan, lambda m: replace(m, trajectory=push.trajectory)))
 
