@@ -57,7 +57,7 @@ def check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, re
     firm = replace(allow, standing=allow.firm)
     held = [other for other in beside if _touches(scene, state, name, other, firm)]
     ends: dict[str, Array] = {}
-    for sentence, bodies in gives_way(scene, state, rest, held, allow.sagged, firm, ends, (allow.standing,)):
+    for sentence, bodies in _giving_way(scene, state, rest, held, ends, allow):
         report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies))
     ends = _moved(scene, state, ends, allow.standing)  # gaps between them are slack
     for other in (other for other in beside if other not in slumped):
@@ -74,6 +74,23 @@ def check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, re
     for sentence, bodies in rocked(scene, rest, sorted(left), allow):
         if not any(True for _ in rocked(scene, state, bodies[:1], allow)):
             report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies))
+
+
+def _giving_way(
+    scene: Scene, before: State, after: State, names: Sequence[str], ends: dict[str, Array], allow: Tolerances
+) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Which bodies give way with the stacks of certain bodies, one of which has left, as `gives_way` has it.
+
+    What counts as touching within a millimetre is a broad strip of a face that slants, in which friction could hold
+    what really turns about its edge: stacks of bodies of one piece must stay by what they certainly touch, too.
+    """
+    firm, certain = (replace(allow, standing=gap) for gap in (allow.firm, allow.touching))
+    found = [*gives_way(scene, before, after, names, allow.sagged, firm, ends, (allow.standing,))]
+    if not found:
+        stacks = ((name, stack_of(scene, after, name, allow).names) for name in names)
+        single = [name for name, stack in stacks if all(len(scene.solids[body].pieces) == 1 for body in stack)]
+        found = [*gives_way(scene, before, after, single, allow.sagged, certain, wider=(allow.firm, allow.standing))]
+    yield from found
 
 
 def _moved(scene: Scene, state: State, ends: Mapping[str, Array], least: float) -> dict[str, Array]:
