@@ -252,14 +252,22 @@ def _soft_goal(given: Any, domain: Domain, streams: StreamFile) -> tuple[Formula
 
 @dataclass(frozen=True, slots=True)
 class GroundAction:
-    """An action with the values of its parameters."""
+    """An action with the values of its parameters; `name, args = action` takes it apart."""
 
     name: str
     args: tuple[Any, ...]
 
     def __iter__(self) -> Iterator[Any]:
-        """Name and arguments, for `name, args = action`."""
+        """Name and arguments."""
         return iter((self.name, self.args))
+
+    def __len__(self) -> int:
+        """How many parts it is taken apart into."""
+        return 2
+
+    def __getitem__(self, index: Any) -> Any:
+        """One of these parts, or some."""
+        return (self.name, self.args)[index]
 
 
 class Certificate(tuple[tuple[Any, ...], ...]):
@@ -306,4 +314,22 @@ class Solution:
 
     def __iter__(self) -> Iterator[Any]:
         """Plan, cost and certified facts, as PDDLStream's solvers return them."""
-        return iter((self.plan, self.cost, Certificate(self.certified)))
+        return iter((self.plan, self.cost, self.certificate))
+
+    def __len__(self) -> int:
+        """How many parts it is taken apart into."""
+        return 3
+
+    def __getitem__(self, index: Any) -> Any:
+        """One of these parts, or some."""
+        return tuple(self)[index]
+
+    @property
+    def certificate(self) -> Certificate:
+        """The certified facts, by PDDLStream's name for them."""
+        return Certificate(self.certified)
+
+    @property
+    def facts(self) -> Certificate:
+        """The same, by another name that they have there."""
+        return self.certificate

@@ -97,6 +97,18 @@ def test_without_streams_and_with_all_of_them():
         assert [(name, args) for name, args in plan] == [("pick", ("cup", 1))]
 
 
+def test_solutions_and_actions_are_taken_apart_by_index_too():
+    """`name, args = action[:2]`, as scripts have it that know actions with durations, was a TypeError."""
+    problem = PDDLProblem(DOMAIN, {}, STREAMS, {"sample": from_fn(lambda x: (1,))}, [("Thing", "cup")], ("Held", "cup"))
+    solution = pddlstream.solve(problem, max_time=20)
+    plan, cost = solution[:2]
+    assert (len(solution), cost) == (3, 1.0)
+    assert [(action[0], *action[1], len(action)) for action in plan] == [("pick", "cup", 1, 2)]
+    name, args = plan[-1][:2]
+    assert f"{name}{args}" == "pick('cup', 1)"
+    assert solution[2] == solution.certificate == solution.facts == solution.certified
+
+
 @pytest.mark.parametrize(
     ("solver", "given"),
     [
