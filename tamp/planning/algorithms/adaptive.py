@@ -21,7 +21,7 @@ HOPEFUL, SOBER = 4, 2
 FIRST_LOOK = 4
 """Rounds of sampling before streams that no plan seems to need are called as well; again after twice as many."""
 
-DEAR = 2000
+DEAR = 500
 """Work of searches, as `Session.work` counts it, after which the first failure is followed by real values alone."""
 
 GIVEN_UP = 8

@@ -61,6 +61,12 @@ class Cheap:
         return min(STATES, self.most_states, self.work // max(1, operators))
 
 
+SPARE = 2.0
+"""How much more time a cheap search is given than one before it would have needed for as many states."""
+
+BRIEF_S = 1.0
+"""The effort up to which a search has another after it: its last try has as long as the cheap ones before that [s]."""
+
 WORK_A_SECOND = 12_000_000
 """States times operators that are evaluated in a second, about, where a search is ended before it says how many."""
 
@@ -168,11 +174,13 @@ class FastDownward:
         if bound is not None and effort <= NEARBY_S:
             return _seen_below(task, text, limit, deadline, effort)
         in_vain: list[int] = []
-        states = 0
+        states, given, pace = 0, 0.0, 0.0
         for number, cheap in enumerate(self._cheap):
             if len(task.operators) <= self._most[number]:
-                end = _seen_cheaply(task, text, cheap, limit, deadline, effort)
+                end = _seen_cheaply(task, text, cheap, limit, deadline, effort, pace)
                 states += end.states
+                given += end.seconds
+                pace = end.pace
                 if end.plan is not None:
                     return self._found(task, end.plan, states, in_vain)
                 if end.exhausted:
@@ -180,14 +188,18 @@ class FastDownward:
                 in_vain.append(number)
         conditional = any(e.positive or e.negative for op in task.operators for e in op.effects)
         search = self._in_place if task.axioms or conditional else self._search
+        brief = 0.0 < given < effort <= BRIEF_S
+        if brief:
+            effort, limit = given, f"{limit}, max_time={given}"
         end = _plan(task, text, search.format(bound=limit), deadline - clock.now(), effort)
-        timed_out = end.code in (None, OUT_OF_TIME, -signal.SIGXCPU)
+        timed_out = end.code in (None, OUT_OF_TIME, -signal.SIGXCPU) or (brief and end.code == UNSOLVED)
+        timed_out &= not end.exhausted
         spent = WORK_A_SECOND * min(effort, timeout) / max(1, len(task.operators))
         states += int(spent) if timed_out else end.states
         if end.plan is not None:
             return self._found(task, end.plan, states, in_vain)
         # Where a bound cut the space, that it was seen proves nothing.
-        proven = end.code in (UNSOLVABLE, UNSOLVED) and bound is None
+        proven = end.code in (UNSOLVABLE, UNSOLVED) and bound is None and not timed_out
         return SearchResult(None, proven, timed_out, states)
 
     def _found(self, task: GroundTask, plan: tuple[TaskOperator, ...], states: int, in_vain: list[int]) -> SearchResult:
@@ -203,12 +215,19 @@ class _End:
 
     Attributes:
         exhausted: whether there is no plan below the bound, for sure.
+        seconds: the processor time that it was given, where that was limited.
     """
 
     code: int | None
     plan: tuple[TaskOperator, ...] | None = None
     states: int = 0
     exhausted: bool = False
+    seconds: float = 0.0
+
+    @property
+    def pace(self) -> float:
+        """How many states it has evaluated in a second; 0 where that is not known."""
+        return self.states / self.seconds if self.seconds else 0.0
 
 
 def _seen_below(task: GroundTask, text: str, limit: str, deadline: float, effort: float) -> SearchResult:
@@ -223,12 +242,16 @@ def _seen_below(task: GroundTask, text: str, limit: str, deadline: float, effort
     return SearchResult(None, timed_out=True, states=states)
 
 
-def _seen_cheaply(task: GroundTask, text: str, cheap: Cheap, limit: str, deadline: float, effort: float) -> _End:
-    """What a cheap search finds among the states that it may evaluate."""
+def _seen_cheaply(
+    task: GroundTask, text: str, cheap: Cheap, limit: str, deadline: float, effort: float, pace: float = 0.0
+) -> _End:
+    """What a cheap search finds among the states that it may evaluate; another one did `pace` a second, 0 for none."""
     most, seconds = cheap.states(len(task.operators)), cheap.seconds
+    if pace:
+        seconds = min(seconds, SPARE * most / pace)
     while True:
         search = cheap.search.format(bound=limit, seconds=seconds)
-        end = _plan(task, text, search, deadline - clock.now(), effort)
+        end = replace(_plan(task, text, search, deadline - clock.now(), effort), seconds=seconds)
         if end.plan is not None:
             return end if end.states <= most else replace(end, plan=None)
         if end.exhausted or end.code != UNSOLVED or end.states >= most or clock.now() >= deadline:

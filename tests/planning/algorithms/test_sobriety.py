@@ -1,5 +1,6 @@
 """Turns of real values alone: several plans among the same values, and what is asked of their like."""
 
+import math
 from collections import Counter
 from dataclasses import replace
 
@@ -7,9 +8,12 @@ import pytest
 
 from benchmarks.pddlstream.small import packing
 from tamp.planning import Problem, solve
+from tamp.planning.algorithms.searches import STATES_A_CALL, Searches
 from tamp.planning.algorithms.session import Session
 from tamp.planning.options import Options
+from tamp.planning.search.best_first import BuiltinSearch
 from tamp.planning.search.fast_downward import FastDownward
+from tests.planning.algorithms.test_incremental import late
 from tests.planning.test_problems import check
 
 ARMS = {"left": (-1.0, 5.5), "right": (2.5, 30.0)}
@@ -147,3 +151,18 @@ def test_what_a_test_must_not_say_of_a_state_is_asked_there_too(algorithm, condi
     loose = {"sample-way": problem.samplers["sample-way"], "test-loose": lambda context: not stiff(context)}
     solution = solve(replace(problem, domain=domain, streams=LOOSE_STREAMS, samplers=loose), algorithm=algorithm)
     assert solution.status == "solved" and solution.cost == 15
+
+
+@pytest.mark.parametrize("algorithm", ["adaptive", "binding"])
+def test_a_dear_search_under_hopes_is_followed_by_real_values_alone(monkeypatch, algorithm):
+    """Several of a second each went by, where among real values there was a plan in hundredths of one."""
+    seen = []
+    search = Searches.search
+    monkeypatch.setattr(Searches, "search", lambda self, scope: seen.append(scope.sure) or search(self, scope))
+
+    def dear(task, timeout, bound=None, effort=math.inf):
+        return replace(BuiltinSearch()(task, timeout, bound, effort), states=600 * STATES_A_CALL // len(task.operators))
+
+    solution = solve(late(), algorithm=algorithm, search=dear, timeout=20.0)
+    assert solution.status == "solved"
+    assert seen.index(True) <= 2

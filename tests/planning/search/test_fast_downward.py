@@ -1,5 +1,8 @@
 """Searches for cheaper plans come first, as long as tasks are small enough for them."""
 
+import math
+import re
+
 import pytest
 
 from tamp.planning.grounding.ground_task import GroundTask, TaskEffect, TaskOperator
@@ -87,3 +90,29 @@ def test_what_a_cheap_search_has_exhausted_is_not_searched_again(asked, monkeypa
         GroundTask(task.atoms, task.initial, (4,), (), (*task.operators[:3], barred), (), ()), 10.0
     )
     assert (end.plan, end.proven, len(asked)) == (None, True, 1)
+
+
+def seconds_of(search: str) -> float:
+    """The processor time that a search was given; none for one without end."""
+    found = re.search(r"max_time=([\d.e-]+)", search)
+    return float(found[1]) if found else math.inf
+
+
+def test_cheap_searches_are_given_as_much_time_as_states_took_before(monkeypatch, asked):
+    """Of a small task each saw ten times as many states as it may find a plan among, for a second in all."""
+    monkeypatch.setattr(fast_downward, "STATES", 100)
+    monkeypatch.setitem(fast_downward.CHEAP, "ff", (Cheap(SLOW, 99, 10**9, 5.0), Cheap(SLOW, 99, 10**9, 5.0)))
+    assert FastDownward("ff")(grid(3, 16), 60.0).plan
+    assert seconds_of(asked[0]) == 5.0
+    assert seconds_of(asked[1]) < 1.0
+
+
+def test_where_another_search_follows_the_last_try_is_no_longer_than_those_before(monkeypatch, asked):
+    """As many places as cannot be filled in the time of the cheap searches: they are not called unsolvable."""
+    monkeypatch.setattr(fast_downward, "STATES", 100)
+    monkeypatch.setitem(fast_downward.CHEAP, "ff", (Cheap(SLOW, 999, 10**9, 0.25), Cheap(SLOW, 999, 10**9, 0.25)))
+    monkeypatch.setitem(fast_downward.CONFIGURATIONS, "ff", BEST)
+    result = FastDownward("ff")(grid(6, 16), 60.0, effort=1.0)
+    assert seconds_of(asked[-1]) <= 0.5
+    assert not result.proven
+    assert result.timed_out
