@@ -53,7 +53,7 @@ def _checks(strategy: Any, seed: int) -> Iterator[Check]:
         yield "soft goals", lambda: _soft(strategy, seed)
 
 
-def _asked(strategy: Any, what: str, problem: Problem, seed: int, limit: float = LIMIT_S) -> Solution:
+def _asked(strategy: Any, what: str, problem: Problem, seed: int, limit: float) -> Solution:
     """A strategy's answer, whose plan reaches the goal."""
     if supports_soft_goals(strategy) and not problem.soft_goals:  # nothing is worth anything: it decides nothing
         problem = replace(problem, soft_goals=((("burnt",), 1e-3),))
@@ -84,7 +84,7 @@ def _plans(strategy: Any, seed: int) -> Said:
     problems = {**SOLVABLE, "a problem with a stream": painting}
     found = 0
     for what, make in problems.items():
-        solution = _asked(strategy, what, make(), seed)
+        solution = _asked(strategy, what, make(), seed, LIMIT_S)
         if solution.status == "infeasible":
             raise Fault(f"{what}: its status is 'infeasible', and there is a plan")
         found += solution.plan is not None
@@ -94,7 +94,7 @@ def _plans(strategy: Any, seed: int) -> Said:
 
 
 def _status(strategy: Any, seed: int) -> Said:
-    status = _asked(strategy, IMPOSSIBLE, impossible(), seed, limit=BRIEF_S).status
+    status = _asked(strategy, IMPOSSIBLE, impossible(), seed, BRIEF_S).status
     if status == "infeasible":
         return "ok", "what has no plan is called infeasible"
     return "note", f"what has no plan is called {status!r}: with it nothing is proven infeasible"
@@ -102,7 +102,7 @@ def _status(strategy: Any, seed: int) -> Said:
 
 def _repeated(strategy: Any, seed: int) -> Said:
     for what, make in {**SOLVABLE, "a problem with a stream": painting}.items():
-        first, second = (_asked(strategy, what, make(), seed).plan for _ in range(2))
+        first, second = (_asked(strategy, what, make(), seed, LIMIT_S).plan for _ in range(2))
         if first != second:
             raise Fault(f"{what}: the same seed gives another plan; draw from the seed of settings.options alone")
     return "ok", "the same seed gives the same plans"
@@ -110,13 +110,13 @@ def _repeated(strategy: Any, seed: int) -> Said:
 
 def _limit(strategy: Any, seed: int) -> Said:
     what = "a stream that goes on for ever and gives nothing"
-    _asked(strategy, what, painting(drying=False), seed, limit=BRIEF_S)
+    _asked(strategy, what, painting(drying=False), seed, BRIEF_S)
     return "ok", f"comes back where its time is up, here {BRIEF_S:g} s"
 
 
 def _soft(strategy: Any, seed: int) -> Said:
     problem = workshop(("open",), soft=SOFT)
-    solution = _asked(strategy, "soft goals", problem, seed)
+    solution = _asked(strategy, "soft goals", problem, seed, LIMIT_S)
     if solution.plan is None:
         raise Fault(f"soft goals: the hard one can be reached, and its status is {solution.status!r}")
     state = carried_out(problem, solution)
