@@ -22,7 +22,6 @@ from tamp.streams.cache import recalled, stepwise
 from tamp.streams.collisions import overlap
 from tamp.streams.context import Context, Detached
 from tamp.streams.grasping.sampler import serving_at_a_glance
-from tamp.streams.hand.clearance import hand_above_table
 from tamp.streams.motion.inverse_kinematics import reaches
 from tamp.streams.placing.sampler import RELEASE_HEIGHT
 from tamp.streams.releasing.tilted_release import lays
@@ -35,12 +34,11 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-DRAWN = 128  # places, of which ...
-PLACES = 12  # ... those nearest to the robot are looked at: over edges there the hand gets farther out, and down
+DRAWN = 256  # places, of which ...
+PLACES = 24  # ... those nearest to the robot are looked at: over edges there the hand gets farther out, and down
 MANY = 20  # of a few hands seem to serve a place that is worth the time before an object is laid down
-TRIED = 4  # places of those that many hands seem to serve, and of the others; those first that most seem to
+TRIED = 6  # places of those that many hands seem to serve, and of the others; those first that most seem to
 GRASPS = 12  # looked at for a place and either end
-LOOKED = 16  # at of those that take it up, for what faces it may be put down on
 FIRM = 0.004  # what is left of its base on the table carries an object so far around its centre of mass [m]
 
 Grasps = Callable[..., Iterable[Grasp]]
@@ -87,9 +85,9 @@ def _drawn(
     context: Detached, obj: str, start: Placement, goal: Placement, grasps: Grasps, many: bool
 ) -> Iterator[Regrasp | None]:
     """The same whatever else stands there; None after each place or grasp that is looked at."""
-    looked = partial(_looked_at, obj=obj, start=start, goal=goal, grasps=grasps)
+    looked = partial(_looked_at, obj=obj, start=start, goal=goal)
     seen = list[tuple[int, Placement]]()
-    for glance in stepwise(context, "places over edges", (obj, start, goal, _By(grasps)), context.scene, looked):
+    for glance in stepwise(context, "places over edges", (obj, start, goal), context.scene, looked):
         seen += [] if glance is None else [glance]
         yield None
     seen.sort(key=lambda pair: -pair[0])
@@ -104,11 +102,9 @@ def _drawn(
         context.fail(f"no place for {obj} over an edge of the table that two grasps reach")
 
 
-def _looked_at(
-    context: Detached, obj: str, start: Placement, goal: Placement, grasps: Grasps
-) -> Iterator[tuple[int, Placement]]:
+def _looked_at(context: Detached, obj: str, start: Placement, goal: Placement) -> Iterator[tuple[int, Placement]]:
     """Places over the edges, the nearest to the robot, and how many of a few hands seem to serve each, at both ends."""
-    for place in _places(context, obj, _faces(context, obj, start, grasps)):
+    for place in _places(context, obj, _faces(context.scene, obj, start)):
         hands = serving_at_a_glance(context, obj, (place, goal))
         yield (min(hands, serving_at_a_glance(context, obj, (start, place))) if hands else 0), place
 
@@ -125,15 +121,14 @@ def _serving(
     return None
 
 
-def _faces(context: Detached, obj: str, start: Placement, grasps: Grasps) -> list[Array]:
-    """The orientations (3, 3) in which a hand that takes an object up may put it down again from above.
+def _faces(workspace: Workspace, obj: str, start: Placement) -> list[Array]:
+    """The orientations (3, 3) in which an object may be put down over an edge.
 
-    However unlikely, it may lie as it lies now.
+    A hand from beside can do so where there is no table under it, so that no face is left out for lack of room amid the
+    table. However unlikely, the object may lie as it lies now.
     """
-    workspace, firsts = context.scene, list(islice(grasps(context, obj, start), LOOKED))
     now = [start.pose.matrix[:3, :3]] if start.on == (TABLE,) else []
-    amidst = [(R, amid(workspace, obj, R).pose) for R in (*resting(workspace, obj), *now)]
-    return [R for R, pose in amidst if any(hand_above_table(workspace, pose, grasp) for grasp in firsts)]
+    return [*resting(workspace, obj), *now]
 
 
 def _places(context: Detached, obj: str, faces: list[Array]) -> list[Placement]:

@@ -33,6 +33,11 @@ def goal_supports(workspace: Workspace, name: str) -> list[str]:
     return [lower for lower in workspace.goals[name].on if lower in workspace.goals] if name in workspace.goals else []
 
 
+def under_goal(workspace: Workspace, name: str) -> list[str]:
+    """Objects with goal poses that the goal pose of an object rests on, directly or through others."""
+    return [lower for lower in _all_below(workspace.goals, name) if lower in workspace.goals]
+
+
 def nearly_there(workspace: Workspace, name: str) -> bool:
     """Whether an object is as near to its goal pose as a solved task asks, on supports that are at theirs.
 

@@ -17,6 +17,7 @@ from tamp.pipeline.strategies.serialization.goal_graph import (
     supports_first,
     surroundings,
     takes_room,
+    under_goal,
 )
 from tamp.pipeline.strategies.serialization.goal_stability import GoalStability
 from tamp.pipeline.strategies.serialization.ledger import Early, Ledger
@@ -65,6 +66,9 @@ class Ordering:
         self._upsetting: dict[str, Placements] = {}
         self._tries = Counter[str]()
         self._turned = set[str]()
+        self._begin = attempt
+        self._first: list[str] = []
+        self._former: list[tuple[Progress, dict[str, str], set[str]]] = []
 
     @property
     def left(self) -> dict[str, str]:
@@ -143,7 +147,7 @@ class Ordering:
             self._come_near()
         if reached or not persistent:
             return
-        self._climb((*EFFORTS, *LAST))
+        self._climb_again((*EFFORTS, *LAST))
         if self._left:
             self._asker.progress = replace(self.progress, now=begin, actions=[], before=[], pieces=[])
             while not self._asker.late and self._together[-1].status != "infeasible":
@@ -160,11 +164,57 @@ class Ordering:
             nearer = True
             while self._left and nearer and not asker.late:
                 with asker.within(asker.tuning.goals_share):
-                    self._climb(efforts)
+                    self._climb_again(efforts)
                 if efforts is EFFORTS and clock.now() < self._midst:
                     break  # there is time for greater ones first
                 nearer = bring_near(asker, self._left.keys() & asker.workspace.goals.keys(), self._ledger.reached)
         self.progress.cut_back()
+        self._keep_the_best()
+
+    def _climb_again(self, efforts: Sequence[Effort]) -> None:
+        """Reach one goal after the other; while that leaves any, begin again with one that it has left."""
+        self._climb(efforts)
+        while self._left and self._start_over():
+            self._climb(efforts)
+
+    def _start_over(self) -> bool:
+        """Reach a goal that is left from where all began, before any other; whether that was done.
+
+        What has come to its own goal first may bar it. What has failed comes first when the plan is made again: squeaky
+        wheel optimization (Joslin and Clements, Journal of Artificial Intelligence Research 10, 1999).
+        """
+        asker = self._asker
+        for name in supports_first(asker.workspace, list(self._left)) if self.progress.actions else ():
+            if asker.late:
+                break
+            if name in self._first or self._missing(name) or self._prospects.known_against(name):
+                continue
+            self._first.append(name)
+            former = self.progress, dict(self._left), set(self._ledger.reached)
+            asker.progress = replace(self.progress, now=self._begin, actions=[], before=[], pieces=[])
+            if self._reach_first(name):
+                self._former.append(former)
+                self._ledger.restart()
+                return True
+            asker.progress = former[0]
+        return False
+
+    def _reach_first(self, name: str) -> bool:
+        """Reach the goals of all that comes first by now, this one the latest, and of what they rest on."""
+        asker, prospects = self._asker, self._prospects
+        wanted = {other for first in self._first for other in (first, *under_goal(asker.workspace, first))}
+        with asker.within(asker.tuning.one_goal_share, asker.tuning.one_goal_least_s):
+            asked, known = asking_for(asker.workspace, wanted), prospects.plans.get(name)
+            iterations, regrasped = EFFORTS[-1].iterations, prospects.regrasped & wanted
+            solution = asker.ask(asked, iterations, None, regrasped=regrasped, about=name, known=known)
+            return solution.plan is not None and asker.refused(solution.plan, name) is None
+
+    def _keep_the_best(self) -> None:
+        """Of all plans that were made, from the same beginning, let that be the plan which leaves the table best."""
+        for progress, left, reached in self._former:
+            if progress.shortfall < self.progress.shortfall:
+                self._asker.progress = progress
+                self._ledger.resume(left, reached)
 
     def _climb(self, efforts: Sequence[Effort]) -> None:
         """Reach one goal after the other, with growing effort, but with little for what is nearly there."""

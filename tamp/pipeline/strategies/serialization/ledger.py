@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from tamp import clock
@@ -15,6 +15,8 @@ from tamp.pipeline.strategies.serialization.subproblem import Asker
 from tamp.scoring.score import SOLVED_WITHIN_M
 from tamp.streams.affordances.neighbours import enclosed
 from tamp.streams.affordances.topple_path import to_be_pushed
+
+WAITS = "no time was left to plan for it"  # what is said of a goal until it is tried
 
 
 @dataclass
@@ -36,9 +38,19 @@ class Ledger:
     reached: set[str] = field(default_factory=set)
 
     def __post_init__(self) -> None:
-        names, why = goal_names(self.asker.workspace), "no time was left to plan for it"
-        self.left = dict.fromkeys(names, why)
-        self.facts = {name: why for name in all_goals(self.asker.workspace) if name not in self.left}
+        self.left = dict.fromkeys(goal_names(self.asker.workspace), WAITS)
+        self.facts = {name: WAITS for name in all_goals(self.asker.workspace) if name not in self.left}
+
+    def restart(self) -> None:
+        """Count nothing as reached, as where all began."""
+        self.resume(dict.fromkeys(goal_names(self.asker.workspace), WAITS), ())
+
+    def resume(self, left: Mapping[str, str], reached: Collection[str]) -> None:
+        """Count again as reached, and as left, what was so before."""
+        self.left.clear()
+        self.left.update(left)
+        self.reached.clear()
+        self.reached.update(reached)
 
     def clear(self) -> None:
         """Count everything as reached."""

@@ -204,6 +204,11 @@ class Progress:
         """Object -> where it stands by now."""
         return self.now.workspace.start
 
+    @property
+    def shortfall(self) -> float:
+        """The errors of all goals that it leaves [m]."""
+        return _shortfall(self.now)
+
     def take(self, solution: Sequence[GroundAction], seed: int, *, near: bool = False) -> str | None:
         """Time a further piece, have it checked and rehearsed, and add it; what is wrong with it where it is refused.
 
