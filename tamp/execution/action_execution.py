@@ -9,7 +9,7 @@ from itertools import takewhile
 
 from tamp.execution.controller import Operator
 from tamp.execution.log import ActionLog, Deviation
-from tamp.execution.monitor import Monitor, deviation
+from tamp.execution.monitor import Monitor, deviation, is_off
 from tamp.execution.recovery import undone
 from tamp.execution.simulator import Simulator
 from tamp.task import Action, Attachment, Fall, Grip, Move, Pose, Release, Step
@@ -19,9 +19,6 @@ PUT_BACK = 2
 
 After that it is carried so.
 """
-
-MOVED, TURNED = 0.003, 0.05
-"""An object that moves in the fingers by less than both of these is carried where the plan has it [m, rad]."""
 
 DRAWING_BACK = ("lift", "retreat")
 """What is still done of an action whose object is lost."""
@@ -126,7 +123,7 @@ class Performer:
         name = held.object
         off = deviation(name, "slipped", held.T_tool_object, self._operator.in_tool(name))
         slipped = self._slipped()
-        if not slipped and off.distance < MOVED and off.angle < TURNED:
+        if not slipped and not is_off(off):
             return False
         way = ahead if slipped else tuple(takewhile(_is_transfer, ahead))
         if self._can_carry(Attachment(name, self._operator.in_tool(name)), way):

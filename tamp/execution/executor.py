@@ -16,11 +16,11 @@ from tamp.errors import PlanError
 from tamp.execution.action_execution import Performer
 from tamp.execution.controller import Operator
 from tamp.execution.log import ActionLog, Deviation, Execution, Frame, Status
-from tamp.execution.monitor import Monitor
-from tamp.execution.recovery import can_carry, opening_out, way_out
+from tamp.execution.monitor import Monitor, deviation, is_off
+from tamp.execution.recovery import can_carry, met_ahead, opening_out, way_out
 from tamp.execution.simulator import STEP, Simulator
 from tamp.execution.simulators import DEFAULT, make_simulator
-from tamp.task import Attachment, Grip, Move, Plan, Pose, Step, Task, task_robot
+from tamp.task import Action, Attachment, Grip, Move, Plan, Pose, Step, Task, task_robot
 from tamp.world.geometry.object_geometry import geometry_of_object
 from tamp.world.robot.model import robot_model
 from tamp.world.timing.time_parametrization import time_path
@@ -51,6 +51,7 @@ class Executor:
     def __init__(self, task: Task, simulator: Simulator, monitor: Monitor | None, frame_s: float | None = None) -> None:
         self._task = task
         self._simulator = simulator
+        self._monitor = monitor
         self._operator = Operator(simulator)
         self._performer = Performer(simulator, self._operator, monitor, self._can_carry)
         self._frames: list[Frame] = []
@@ -90,7 +91,8 @@ class Executor:
 
         A disturbed object stops the plan once the hand is empty: what is held is put down first. An object that the
         fingers missed or lost stops it at once, and so does one that turned between them as it was lifted and would
-        now meet others on its way: it is put back. After a stop the hand is drawn out of what it touches.
+        now meet others on its way: it is put back. Nor does the empty hand set out on a way on which it would meet what
+        lies a little otherwise than planned. After a stop the hand is drawn out of what it touches.
 
         Args:
             plan: from where the arm stands.
@@ -107,6 +109,9 @@ class Executor:
         status: Status = "done"
         for index, action in enumerate(plan.actions):
             after = [step for later in plan.actions[index + 1 :] for step in later.steps]
+            if (stop := self._met_ahead(action, expected)) is not None:
+                status = "deviated"
+                break
             entry, lost = self._performer.perform(action, expected, after)
             log.append(entry)
             if lost is not None or (entry.deviations and self._operator.held is None):
@@ -140,6 +145,18 @@ class Executor:
         """Whether what is held meets nothing on its way, as it lies in the hand now."""
         return can_carry(self._world, self.poses(), held, steps)
 
+    def _met_ahead(self, action: Action, expected: Mapping[str, Pose]) -> Deviation | None:
+        """How far what the empty hand would meet on its way is off; None where it meets nothing, or nobody watches."""
+        step = next(iter(action.steps), None)
+        if self._monitor is None or not isinstance(step, Move) or step.phase != "transit":
+            return None
+        poses = self.poses()
+        shifted = [
+            off for name, pose in expected.items() if is_off(off := deviation(name, "misplaced", pose, poses[name]))
+        ]
+        met = met_ahead(self._world, {off.object: poses[off.object] for off in shifted}, step) if shifted else None
+        return next((off for off in shifted if off.object == met), None)
+
     def _draw_out(self) -> None:
         """Move the empty hand away from what it is too near to plan from, until nothing leans on it any more."""
         robot = self._operator.robot
@@ -154,7 +171,7 @@ class Executor:
 
     @cached_property
     def _world(self) -> World:
-        """The planner's picture of the scene; made only where something went wrong."""
+        """The planner's picture of the scene; made only where something is not as planned."""
         geometries = {obj.name: geometry_of_object(obj) for obj in self._task.objects}
         return World(robot_model(self._operator.robot.spec), geometries, self._task.table)
 

@@ -9,6 +9,9 @@ from dataclasses import dataclass
 from tamp.execution.log import Deviation, Kind
 from tamp.task import Pose
 
+MOVED, TURNED = 0.003, 0.05
+"""What is off by less than both of these is where the plan has it, wherever it matters [m, rad]."""
+
 
 @dataclass(frozen=True)
 class Monitor:
@@ -53,6 +56,11 @@ class Monitor:
 def deviation(name: str, kind: Kind, expected: Pose, actual: Pose) -> Deviation:
     """How far `actual` is from `expected`, both in the same frame."""
     return Deviation(name, kind, math.dist(expected.xyz, actual.xyz), angle_between(expected, actual))
+
+
+def is_off(found: Deviation) -> bool:
+    """Whether an object is so far from where the plan has it that what keeps clear of it there may not keep clear."""
+    return found.distance >= MOVED or found.angle >= TURNED
 
 
 def angle_between(a: Pose, b: Pose) -> float:

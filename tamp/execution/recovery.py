@@ -1,4 +1,4 @@
-"""After a fault: getting the arm out of what it touches, and whether an object that turned can be carried on."""
+"""After a fault: getting the arm out of what it touches, and whether what is not as planned bars the way ahead."""
 
 from __future__ import annotations
 
@@ -147,6 +147,20 @@ def can_carry(world: World, poses: Mapping[str, Pose], held: Attachment, steps: 
         for T_held in ways
         for other, T_other in others.items()
     )
+
+
+def met_ahead(world: World, poses: Mapping[str, Pose], move: Move) -> str | None:
+    """The first of some objects that an empty hand would meet on a motion; None where there is none.
+
+    Args:
+        world: robot and objects.
+        poses: object -> pose (world frame) of the objects, as they are.
+        move: the motion.
+    """
+    scene = Scene({name: pose.matrix for name, pose in poses.items()}, opening=move.opening)
+    contact = world.checker(scene, margin=0.0).first_contact(move.trajectory.positions)
+    met = () if contact is None else (name for name in (contact.a, contact.b) if name in poses)
+    return next(iter(met), None)
 
 
 def _configurations(steps: Sequence[Step]) -> Iterator[NDArray[np.float64]]:

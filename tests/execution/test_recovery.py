@@ -229,3 +229,24 @@ def test_a_hand_opens_wide_as_it_leaves_what_it_touches_unless_it_meets_another_
 def test_an_arm_that_is_free_stays():
     world = World(robot_model(load_robot("panda")), {"block": load_geometry(BLOCK.shape)})
     assert way_out(world, {"block": BLOCK.pose}, np.array(world.robot.home)) is None
+
+
+@pytest.mark.parametrize("share", [0.5, None])
+def test_the_empty_hand_does_not_set_out_towards_what_stands_in_its_way_by_now(share):
+    """A post that the plan has far away stands where the hand comes by, or nowhere near."""
+    task = Task("one in the way", (BLOCK, POST))
+    hand = HandPlanner(task, {"block": BLOCK.pose, "post": POST.pose})
+    hand.pick("block", GRASP, 0.05)
+    hand.place(RECOVERY_GOAL)
+    plan = hand.plan()
+    way, stands = plan.actions[0].steps[0].trajectory.positions, Pose((0.1, -0.4, 0.05))
+    if share is not None:
+        x, y, z = robot_model(load_robot("panda")).forward(way[int(share * len(way))])[:3, 3]
+        post = Object("post", Box((0.02, 0.02, 2 * z)), POST.pose)
+        task, stands = Task("one in the way", (BLOCK, post)), Pose((x, y, z))
+    with open_execution(task, {"block": BLOCK.pose, "post": stands}) as execution:
+        run = execution.carry_out(plan)
+    assert run.status == "deviated" and run.deviation is not None
+    assert (run.deviation.object, run.deviation.kind) == ("post", "misplaced" if share is not None else "disturbed")
+    assert len(run.log) == (0 if share is not None else len(plan.actions))
+    assert math.dist(run.final_poses["post"].xyz, stands.xyz) < 0.002
