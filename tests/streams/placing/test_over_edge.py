@@ -10,6 +10,7 @@ from tamp.streams.affordances.slide_path import LEAST_OVERHANG, STEADY
 from tamp.streams.collisions import overlap
 from tamp.streams.grasping.sampler import grasps
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics
+from tamp.streams.placing import over_edge
 from tamp.streams.placing.over_edge import regrasps_over_edges
 from tamp.streams.placing.regrasp import sample_regrasp
 from tamp.streams.releasing.tilted_release import plan_bringing
@@ -79,6 +80,15 @@ def test_places_are_those_that_many_hands_serve_or_the_others(monkeypatch, many)
     monkeypatch.setattr("tamp.streams.placing.over_edge.MANY", 1 if many else 1000)
     assert regrasps(workspace_of(BAR), many=many)
     assert not regrasps(workspace_of(BAR), many=not many)
+
+
+def test_a_rod_is_turned_half_about_itself_by_hands_from_beside_too():
+    """No hand from beside has room amid the table, where it would put down or take up a rod that has a quarter turn."""
+    half = At(Pose.from_rpy((0.1, 0.0, 0.015), (np.pi, 0.0, 1.5)))
+    rod = replace(BAR, shape=Box((LENGTH, 0.03, 0.03)), pose=Pose((0.1, 0.2, 0.015)), goal=half)
+    among = workspace_of(rod)
+    looked_at = over_edge._looked_at(ToldContext(among), "bar", among.start["bar"], among.goals["bar"])
+    assert any(hands and abs(place.pose.matrix[2, 2]) < 0.1 for hands, place in looked_at)
 
 
 def test_they_come_after_those_amid_the_table():

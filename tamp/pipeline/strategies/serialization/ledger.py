@@ -42,8 +42,11 @@ class Ledger:
         self.facts = {name: WAITS for name in all_goals(self.asker.workspace) if name not in self.left}
 
     def restart(self) -> None:
-        """Count nothing as reached, as where all began."""
-        self.resume(dict.fromkeys(goal_names(self.asker.workspace), WAITS), ())
+        """Count nothing as reached but what is at its goal pose."""
+        workspace = self.asker.workspace
+        there = {name for name, goal in workspace.goals.items() if workspace.start[name] == goal}
+        names = goal_names(workspace)
+        self.resume({name: WAITS for name in names if name not in there}, there.intersection(names))
 
     def resume(self, left: Mapping[str, str], reached: Collection[str]) -> None:
         """Count again as reached, and as left, what was so before."""

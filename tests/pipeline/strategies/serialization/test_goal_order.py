@@ -223,6 +223,32 @@ def test_goals_that_were_tried_least_come_first(monkeypatch):
     assert asked[2] == "cube"
 
 
+@pytest.mark.parametrize(("costly", "first"), [(False, "cube"), (True, "red")])
+def test_what_another_bars_at_its_goal_comes_first_when_all_begins_again_unless_that_leaves_more(
+    monkeypatch, costly, first
+):
+    """The cube reaches its goal only while red is not at its own, and maybe both are not found in one plan."""
+    ask = Asker.ask
+
+    def barring(self, workspace, *rest, **options):
+        there = {name for name in ("red", "cube") if self.workspace.start[name] == self.workspace.goals[name]}
+        asked = {name for name in workspace.goals if workspace.task.object(name).goal is not None}
+        barred = "cube" in asked and "red" in there and "cube" not in there
+        if barred or (costly and asked == {"red", "cube"}):
+            return Solution(None, math.inf, "failed", (), Report("adaptive", "failed", 0.0, math.inf, {}, (), ()))
+        return ask(self, workspace, *rest, **options)
+
+    monkeypatch.setattr(Asker, "ask", barring)
+    monkeypatch.setattr(Prospects, "against", lambda self, name: None)
+    monkeypatch.setattr("tamp.pipeline.strategies.serialization.goal_order.bring_near", lambda *_: False)
+    cube = replace(CUBE, goal=At(Pose((0.15, 0.2, 0.02)))) if costly else CUBE
+    planning = search(Task("barred", (RED, cube)), 600.0)
+    plan = planning.run()
+    put = [step.object for action in plan.actions for step in action.steps if isinstance(step, Release)]
+    assert put[0] == first
+    assert planning.left.keys() == ({"cube"} if costly else set())
+
+
 def test_what_shall_rest_on_an_object_that_is_left_near_its_goal_is_put_on_it():
     def only_top(context, obj):
         yield from from_above(context, obj) if obj == "top" else no_grasp(context, obj)
