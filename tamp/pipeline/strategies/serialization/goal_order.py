@@ -299,10 +299,11 @@ class Ordering:
                 return True
         asked = asking_for(self._asker.workspace, self._ledger.reached | {name})
         turned = {name} if self._prospects.turned(name) and not self._asker.stays_unturned(name) else set[str]()
-        if bar is None and self._stability.uncertain(name):
+        always_tips = self._stability.always_tips(name)
+        if bar is None and (always_tips or self._stability.uncertain(name)):
             if self._stability.brought_to_rest(name, turned, effort):
                 return self._ledger.reach_near([name])
-            if self._stability.falls(name):
+            if always_tips or self._stability.falls(name):
                 until = " before others come" if self._stability.awaited(name) else ""
                 self._left[name] = f"it does not stay there{until}"
                 return False

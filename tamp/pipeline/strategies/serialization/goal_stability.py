@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 
-from tamp.pipeline.strategies.serialization.goal_graph import Placements, away, goal_supports, surroundings
+from tamp.pipeline.strategies.serialization.goal_graph import Placements, away, goal_supports, surroundings, under_goal
 from tamp.pipeline.strategies.serialization.nearest_placement import bring_to_rest, rest_from_goal
 from tamp.pipeline.strategies.serialization.partial_plan import SHIFTED
 from tamp.pipeline.strategies.serialization.subproblem import Asker, Effort
@@ -12,6 +13,7 @@ from tamp.scoring.ede import ede, mean_edge
 from tamp.streams.affordances.friction_cones import in_equilibrium
 from tamp.streams.affordances.neighbours import within
 from tamp.streams.affordances.stable_poses import rolls
+from tamp.streams.affordances.stack_balance import tips_with
 from tamp.streams.affordances.support import stands_on
 from tamp.streams.workspace import Workspace
 
@@ -73,6 +75,19 @@ class GoalStability:
     def falls(self, name: str) -> bool:
         """Whether an object is known to fall from its goal, or to go on, with all that stands there by now."""
         return self._fallen.get(name) == surroundings(self._asker.workspace, name)
+
+    def always_tips(self, name: str) -> bool:
+        """Whether an object tips at its goal, or tips what carries it, whatever comes to its own goal before it.
+
+        All others do that but for what rests on the object: only those could hold it.
+        """
+        workspace = self._asker.workspace
+        if name not in workspace.goals:
+            return False
+        upon = {other for other in workspace.goals if name in under_goal(workspace, other)}
+        others = {**workspace.start, **workspace.goals}
+        before = replace(workspace, start={other: others[other] for other in others.keys() - upon})
+        return tips_with(before, name, workspace.goals[name])
 
     def brought_to_rest(self, name: str, turned: Collection[str], effort: Effort) -> bool:
         """Put an object to where it comes to rest from its goal, if that is near; whether it was.

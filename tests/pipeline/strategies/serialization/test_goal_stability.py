@@ -10,7 +10,7 @@ from tamp.pipeline.strategies.serialization.goal_stability import GoalStability
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
 from tamp.pipeline.strategies.serialization.subproblem import Asker
 from tamp.streams.values import Placement
-from tamp.task import At, Pose, Task, load_robot
+from tamp.task import At, Box, Object, Pose, Task, load_robot
 from tests.checking.test_given_way import rocker, tilted
 
 
@@ -31,3 +31,18 @@ def test_where_something_of_several_pieces_goes_on_from_its_goal_is_asked_of_phy
     begin = replace(begin, workspace=replace(begin.workspace, goals={"rocker": goal}))
     asker = Asker(Progress(begin), 0, math.inf, "adaptive")
     assert GoalStability(asker, ()).uncertain("rocker") == goes_on
+
+
+@pytest.mark.parametrize("on_the_block", [True, False])
+def test_what_only_something_upon_it_holds_tips_whatever_comes_before(on_the_block):
+    """A plank whose middle is beyond a block's edge is held by a weight at its other end, or by a post at this one."""
+    block = Object("block", Box((0.1, 0.1, 0.06)), Pose((0.1, 0.0, 0.03)), mass=1.0)
+    post = Object("post", Box((0.04, 0.1, 0.06)), Pose((0.1, -0.3, 0.03)), At(Pose((0.24, 0.0, 0.03))), mass=1.0)
+    over = At(Pose((0.16, 0.0, 0.07)))
+    plank = Object("plank", Box((0.3, 0.06, 0.02)), Pose((0.0, 0.3, 0.01)), over, mass=0.1)
+    weight = Object("weight", Box((0.05,) * 3), Pose((0.0, -0.2, 0.025)), At(Pose((0.06, 0.0, 0.105))), mass=1.0)
+    task = Task("plank", (block, plank, weight) if on_the_block else (block, post, plank))
+    setup = prepare(task)
+    begin = Attempt.of(setup, setup.start, load_robot("panda").home, None)
+    stability = GoalStability(Asker(Progress(begin), 0, math.inf, "adaptive"), ())
+    assert [name for name in begin.workspace.goals if stability.always_tips(name)] == ["plank"] * on_the_block
