@@ -187,7 +187,8 @@ class Ordering:
         for name in supports_first(asker.workspace, list(self._left)) if self.progress.actions else ():
             if asker.late:
                 break
-            if name in self._first or self._missing(name) or self._prospects.known_against(name):
+            falls = self._stability.always_tips(name) or self._stability.falls(name)
+            if falls or name in self._first or self._missing(name) or self._prospects.known_against(name):
                 continue
             self._first.append(name)
             former = self.progress, dict(self._left), set(self._ledger.reached)
@@ -300,13 +301,13 @@ class Ordering:
         asked = asking_for(self._asker.workspace, self._ledger.reached | {name})
         turned = {name} if self._prospects.turned(name) and not self._asker.stays_unturned(name) else set[str]()
         always_tips = self._stability.always_tips(name)
-        if bar is None and (always_tips or self._stability.uncertain(name)):
-            if self._stability.brought_to_rest(name, turned, effort):
-                return self._ledger.reach_near([name])
-            if always_tips or self._stability.falls(name):
-                until = " before others come" if self._stability.awaited(name) else ""
-                self._left[name] = f"it does not stay there{until}"
-                return False
+        unsure = bar is None and (always_tips or self._stability.uncertain(name))
+        if unsure and self._stability.brought_to_rest(name, turned, effort):
+            return self._ledger.reach_near([name])
+        if always_tips or (unsure and self._stability.falls(name)):
+            until = " before others come" if self._stability.awaited(name) else ""
+            self._left[name] = f"it does not stay there{until}"
+            return False
         if bar is None and self._upsetting.get(name) == surroundings(self._asker.workspace, name):
             return False
         movable, regrasped = (None, self._prospects.regrasped) if effort.others_move else ({name}, turned)

@@ -15,7 +15,7 @@ from tamp.streams.affordances.neighbours import within
 from tamp.streams.affordances.stable_poses import rolls
 from tamp.streams.affordances.stack_balance import tips_with
 from tamp.streams.affordances.support import stands_on
-from tamp.streams.workspace import Workspace
+from tamp.streams.workspace import TABLE, Workspace
 
 FALLS = 0.03  # what comes to rest so far from its goal (EDE) does not stay there [m]
 GOES_ON = 0.01  # what comes to rest so far from where it was let go (EDE) the checker refuses to have let go there [m]
@@ -77,12 +77,12 @@ class GoalStability:
         return self._fallen.get(name) == surroundings(self._asker.workspace, name)
 
     def always_tips(self, name: str) -> bool:
-        """Whether an object tips at its goal, or tips what carries it, whatever comes to its own goal before it.
+        """Whether an object tips what it rests on at its goal, whatever comes to its own goal before it.
 
         All others do that but for what rests on the object: only those could hold it.
         """
         workspace = self._asker.workspace
-        if name not in workspace.goals:
+        if name not in workspace.goals or workspace.goals[name].on == (TABLE,):
             return False
         upon = {other for other in workspace.goals if name in under_goal(workspace, other)}
         others = {**workspace.start, **workspace.goals}

@@ -25,6 +25,7 @@ from tamp.planning import Context
 from tamp.streams.affordances.falls import drops
 from tamp.streams.affordances.slide_path import slidable
 from tamp.streams.affordances.stable_poses import amid
+from tamp.streams.affordances.stack_balance import tips_with
 from tamp.streams.affordances.tilts import layable
 from tamp.streams.affordances.topple_path import to_be_pushed
 from tamp.streams.collisions import overlap
@@ -245,7 +246,8 @@ def bring_to_rest(
 ) -> bool:
     """Put an object to where it comes to rest from its goal, if that is another place nearby; whether it was.
 
-    Not if that is where another shall be that is carried by it: at its goal it may wait for that one.
+    Not if that is where another shall be that is carried by it, for which it may wait at its goal, nor if the checker
+    would not have it stay there.
 
     Args:
         asker: the plan so far, which grows.
@@ -258,7 +260,7 @@ def bring_to_rest(
     if away(there, name) <= RELEASE_HEIGHT or not nearly_there(there, name):
         return False
     carried = [other for other, goal in there.goals.items() if name in goal.on and goal != there.start[other]]
-    if _covers(there, name, there.start[name], carried):
+    if _covers(there, name, there.start[name], carried) or tips_with(there, name, there.start[name]):
         return False
     movable = None if effort.others_move else ()
     return _put(asker, name, there.start[name], kept, (), effort.iterations, regrasped, movable)
