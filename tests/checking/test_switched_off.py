@@ -49,6 +49,6 @@ def test_the_oracle_alone_tells_of_it(monkeypatch, mutation, where, switched_off
 
     mutant = mutation(*two_boxes(), np.random.default_rng(2))
     assert not check(*mutant).accepted
-    monkeypatch.setattr(where, switched_off, lambda *args: answers)
+    monkeypatch.setattr(where, switched_off, lambda *_, **__: answers)
     assert check(*mutant).accepted, str(check(*mutant))
     assert wrong(*mutant) is not None
