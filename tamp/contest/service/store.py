@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sqlite3
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -30,6 +32,9 @@ from tamp.errors import TampError
 
 BUSY_S = 30.0
 """How long a transaction waits for another one [s]."""
+
+AGAIN_S = 0.01
+"""After so long what SQLite does not wait for is asked again [s]."""
 
 OUT_OF_REACH = (OperationalError, InterfaceError, NoConnectionError)
 """Raised where the database does not answer: it is down, a connection was lost, none is to be had, SQLite is locked."""
@@ -207,9 +212,29 @@ def _told() -> Iterator[None]:
 def _prepare_sqlite(connection: Any, _: Any) -> None:
     connection.isolation_level = None  # transactions begin below, and not where the driver guesses
     cursor = connection.cursor()
-    for pragma in (f"busy_timeout={round(1000 * BUSY_S)}", "journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON"):
+    cursor.execute(f"PRAGMA busy_timeout={round(1000 * BUSY_S)}")
+    _log_ahead(cursor)
+    for pragma in ("synchronous=FULL", "foreign_keys=ON"):
         cursor.execute(f"PRAGMA {pragma}")
     cursor.close()
+
+
+def _log_ahead(cursor: sqlite3.Cursor) -> None:
+    """Have a write-ahead log. SQLite does not wait where two connections to a new file ask for it at once."""
+    until = time.monotonic() + BUSY_S
+    while not _logs_ahead(cursor, last=time.monotonic() > until):
+        time.sleep(AGAIN_S)
+
+
+def _logs_ahead(cursor: sqlite3.Cursor, *, last: bool) -> bool:
+    """Ask for that once; False where another connection is in the way, and this is not the last time."""
+    try:
+        cursor.execute("PRAGMA journal_mode=WAL")
+    except sqlite3.OperationalError as error:
+        if last or "locked" not in str(error):
+            raise
+        return False
+    return True
 
 
 def _begin_sqlite(connection: Connection) -> None:

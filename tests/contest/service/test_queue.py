@@ -6,6 +6,7 @@ import errno
 import logging
 import os
 import re
+import sqlite3
 import tempfile
 import threading
 import time
@@ -208,6 +209,17 @@ def test_tables_are_made_by_who_begins_first(tmp_path: Path) -> None:
 
     with ThreadPoolExecutor(6) as pool:
         list(pool.map(begin, range(6)))
+
+
+def test_who_begins_while_another_makes_a_new_file_waits_for_that(tmp_path: Path) -> None:
+    """SQLite itself does not wait there: of servers and workers that began at once one in a hundred was refused."""
+    other = sqlite3.connect(tmp_path / "contest.db", isolation_level=None, check_same_thread=False)
+    other.execute("CREATE TABLE something (x)")
+    other.execute("BEGIN IMMEDIATE")
+    done = threading.Timer(0.2, other.close)
+    done.start()
+    Store(f"sqlite:///{tmp_path / 'contest.db'}").close()
+    done.join()
 
 
 def test_the_database_and_the_rules_are_refused_in_a_sentence(tmp_path: Path) -> None:
