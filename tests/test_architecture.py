@@ -72,7 +72,7 @@ HOMES = {
     "embreex": {"perception.rendering.raycast"},
     "submitit": {"batch.slurm"},
     "imageio_ffmpeg": {"report.rendering.images"},
-    "fastapi": {f"contest.service.web.{name}" for name in ("app", "described", "guard")},
+    "fastapi": {f"contest.service.web.{name}" for name in ("app", "described", "guard", "uploads")},
     "jinja2": {"contest.service.web.pages", "report.page"},
     "matplotlib": {"report.plots"},
     "coal": {"world.geometry.convex_union"},

@@ -151,7 +151,7 @@ def test_an_upload_that_takes_for_ever_is_ended(service: Service, monkeypatch: p
             yield b" "
             await anyio.sleep(0.01)
 
-    monkeypatch.setattr("tamp.contest.service.web.app.UPLOAD_S", 0.2)
+    monkeypatch.setattr("tamp.contest.service.web.uploads.UPLOAD_S", 0.2)
     headers = {"Authorization": f"Bearer {service.ours}"}
 
     async def hand_in() -> int:
@@ -177,7 +177,7 @@ def test_a_team_that_keeps_uploads_open_has_only_so_many_at_once(
             yield b" "
             await anyio.sleep(0.01)
 
-    monkeypatch.setattr("tamp.contest.service.web.app.UPLOAD_S", 0.5)
+    monkeypatch.setattr("tamp.contest.service.web.uploads.UPLOAD_S", 0.5)
     monkeypatch.setattr("tamp.contest.service.web.app.count_attempt", lambda *_: None)  # others were begun long ago
     (service.data / "contest.yaml").write_text(RULES.replace("a_minute: 50", "a_minute: 2"))
     app = make_app(service.store, load_contest(service.data / "contest.yaml"), service.data)

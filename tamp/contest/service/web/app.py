@@ -6,14 +6,12 @@ import errno
 import io
 import logging
 import zipfile
-from collections import Counter
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable
+from contextlib import ExitStack
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
 
-import anyio
 from fastapi import Body, FastAPI, HTTPException, Request, Response
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import FileResponse, HTMLResponse, JSONResponse
@@ -45,14 +43,13 @@ from tamp.contest.service.web.described import (
 )  # fmt: skip
 from tamp.contest.service.web.guard import add_guards
 from tamp.contest.service.web.pictures import picture, task_archive
+from tamp.contest.service.web.uploads import Uploads
 from tamp.contest.service.withdrawn import withdrawn
 from tamp.errors import TampError
 
 LOG = logging.getLogger(__name__)
 
 COOKIE = "tamp_contest_token"
-UPLOAD_S = 900.0
-"""How long an upload may take [s]."""
 FULL = "the server's disk is full; nothing was accepted and nothing is lost, try again later"
 GONE = "the database cannot be reached; try again in a moment"
 UPLOADS = "/api/submissions"
@@ -114,7 +111,7 @@ class Routes:
 
     def __init__(self, store: Store, contest: Contest, data: Path, board: Board) -> None:
         self._store, self._contest, self._data, self._board = store, contest, data, board
-        self._uploads = Counter[int]()  # under way, of each team
+        self._uploads = Uploads(contest.rules)
 
     def add_to(self, app: FastAPI) -> None:
         """Add pages and API."""
@@ -283,43 +280,12 @@ class Routes:
         if request.headers.get("Content-Type", "").startswith("multipart/"):
             raise HTTPException(415, "the file itself is the request's body, not a form: curl --data-binary @FILE")
         await run_in_threadpool(count_attempt, self._store, self._contest, team)
-        with self._under_way(team), ExitStack() as stack:
+        with self._uploads.under_way(team), ExitStack() as stack:
             folder = await run_in_threadpool(stack.enter_context, scratch_folder(self._data))
-            upload = await self._receive(request, folder / "upload")
+            upload = await self._uploads.receive(request, folder / "upload")
             found = await run_in_threadpool(accept, self._store, self._contest, self._data, team, kind, name, upload)
         answer = {"id": found.id, "new": found.new, "page": f"/submissions/{found.id}"}
         return JSONResponse(answer, 201 if found.new else 200)
-
-    @contextmanager
-    def _under_way(self, team: Team) -> Iterator[None]:
-        """Of a team's uploads as many are received at once as it may begin within a minute: slow ones keep the disk."""
-        most = self._contest.rules.uploads.a_minute
-        if self._uploads[team.id] >= most:
-            raise TooManyError(f"{most} uploads of your team are under way; wait until one has ended")
-        self._uploads[team.id] += 1
-        try:
-            yield
-        finally:
-            self._uploads[team.id] -= 1
-
-    async def _receive(self, request: Request, path: Path) -> Path:
-        """The request's body as a file, read no farther than the rules allow."""
-        most = self._contest.rules.uploads.size_kb << 10
-        too_large = HTTPException(413, f"larger than {most >> 10} KiB")
-        declared = request.headers.get("Content-Length", "0")
-        if not declared.isdecimal() or int(declared) > most:
-            raise too_large
-        size = 0
-        try:
-            with path.open("wb") as file, anyio.fail_after(UPLOAD_S):
-                async for piece in request.stream():
-                    size += len(piece)
-                    if size > most:
-                        raise too_large
-                    file.write(piece)
-        except TimeoutError:  # an OSError, too
-            raise HTTPException(408, f"the upload took longer than {UPLOAD_S:g} s") from None
-        return path
 
     def submission(self, request: Request, number: str, runs: bool = True) -> dict[str, Any]:
         """How far a submission is, what it scored, and for its owner, unless `runs` is false, what came of each run."""
