@@ -159,8 +159,7 @@ def met_ahead(world: World, poses: Mapping[str, Pose], move: Move) -> str | None
     """
     scene = Scene({name: pose.matrix for name, pose in poses.items()}, opening=move.opening)
     contact = world.checker(scene, margin=0.0).first_contact(move.trajectory.positions)
-    met = () if contact is None else (name for name in (contact.a, contact.b) if name in poses)
-    return next(iter(met), None)
+    return None if contact is None else next((name for name in (contact.a, contact.b) if name in poses), None)
 
 
 def _configurations(steps: Sequence[Step]) -> Iterator[NDArray[np.float64]]:

@@ -187,8 +187,9 @@ class Ordering:
         for name in supports_first(asker.workspace, list(self._left)) if self.progress.actions else ():
             if asker.late:
                 break
-            falls = self._stability.always_tips(name) or self._stability.falls(name)
-            if falls or name in self._first or self._missing(name) or self._prospects.known_against(name):
+            if name in self._first or self._missing(name) or self._prospects.known_against(name):
+                continue
+            if self._stability.falls(name) or self._stability.always_tips(name):
                 continue
             self._first.append(name)
             former = self.progress, dict(self._left), set(self._ledger.reached)
