@@ -7,7 +7,7 @@ rest on amid the table leaves room for both hands. Over an edge the second one c
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
 from typing import TYPE_CHECKING
@@ -16,7 +16,7 @@ import numpy as np
 
 from tamp.streams.affordances.neighbours import upon_carriers
 from tamp.streams.affordances.slide_path import LEAST_OVERHANG, OVERHANGS, STEADY
-from tamp.streams.affordances.stable_poses import amid, resting, turned
+from tamp.streams.affordances.stable_poses import amid, resting, righted, rolls_down, stands, turned
 from tamp.streams.affordances.support import inside_support
 from tamp.streams.cache import recalled, stepwise
 from tamp.streams.collisions import overlap
@@ -28,6 +28,7 @@ from tamp.streams.releasing.tilted_release import lays
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace, standing
 from tamp.task import Pose
+from tamp.task.mesh.parts import Part, convex_hull
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -162,4 +163,27 @@ def _over_edge(context: Detached, obj: str, R: Array) -> Placement | None:
     place = Placement(Pose.from_matrix(T), (TABLE,))
     lower, upper = workspace.bounds(obj, place.pose)
     beside = float(np.linalg.norm(np.clip(base, lower[:2], upper[:2]) - base)) > spec.base_radius
-    return place if beside and inside_support(workspace, obj, place, {}) > FIRM else None
+    firm = beside and inside_support(workspace, obj, place, {}) > FIRM
+    return place if firm and _stays(workspace, obj, place, axis, sign) else None
+
+
+def _stays(workspace: Workspace, obj: str, place: Placement, axis: int, sign: float) -> bool:
+    """Whether what is over the table carries an object that hangs over one of its edges as the whole would on a plane.
+
+    The handle of a tool does not keep it from rolling where the head hangs over.
+    """
+    geometry, R = workspace.world.geometries[obj], place.pose.matrix[:3, :3]
+    edge = sign * workspace.task.table.center[axis] + workspace.task.table.size[axis] / 2
+    corners = [_within(part, sign * place.pose.matrix[axis], edge) for part in geometry.parts]
+    over = replace(geometry, parts=(convex_hull(np.concatenate(corners)),))
+    return stands(over, R) and righted(over, R) is R and not rolls_down(over, R)
+
+
+def _within(part: Part, along: Array, limit: float) -> Array:
+    """Corners (n, 3) of what of a convex part is not beyond a limit; `along` is how far a point is (x, y, z, 1)."""
+    beyond = part.vertices @ along[:3] + along[3] - limit
+    ends = np.concatenate([part.faces[:, [0, 1]], part.faces[:, [1, 2]], part.faces[:, [2, 0]]])
+    inner, outer = ends[(beyond[ends[:, 0]] <= 0.0) & (beyond[ends[:, 1]] > 0.0)].T
+    share = beyond[inner] / (beyond[inner] - beyond[outer])
+    cut = part.vertices[inner] + share[:, None] * (part.vertices[outer] - part.vertices[inner])
+    return np.concatenate([part.vertices[beyond <= 0.0], cut])
