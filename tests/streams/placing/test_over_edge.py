@@ -100,8 +100,8 @@ def test_what_does_not_roll_for_its_head_is_not_put_with_its_head_over_an_edge(t
     path = tmp_path / "hammer.obj"
     around = np.linspace(0.0, 2 * np.pi, 24, endpoint=False)
     ring = 0.015 * np.stack([np.zeros(24), np.cos(around), np.sin(around)], axis=1)
-    handle = convex_hull(np.concatenate([ring + (end, 0.0, 0.0) for end in (-0.2, 0.1)]))
-    head = convex_hull((0.1, 0.0, 0.0) + np.array([*product((0.0, 0.02), (-0.03, 0.07), (-0.015, 0.015))]))
+    handle = convex_hull(np.concatenate([ring + np.array((end, 0.0, 0.0)) for end in (-0.2, 0.1)]))
+    head = convex_hull(np.array([*product((0.1, 0.12), (-0.03, 0.07), (-0.015, 0.015))]))
     path.write_text("".join(_group(part, 1 + 48 * index) for index, part in enumerate((handle, head))))
     hammer = replace(BAR, shape=Mesh(path), pose=Pose((0.1, 0.2, 0.015)), goal=At(Pose((0.1, -0.2, 0.015))))
     among = workspace_of(hammer)
