@@ -134,10 +134,12 @@ def carry(
     grip_height: float = 0.005,
     aside: float = 0.0,
     across: float = 0.0,
+    out: float = 0.0,
 ) -> list[Action]:
     """Pick an object from above and place it on the second of the bodies named in `under`.
 
-    It is gripped `aside` of its middle along the pads, and `across` them, where they draw it half-way between them.
+    It is gripped `aside` of its middle along the pads, and `across` them, where they draw it half-way between them. It
+    leaves straight up, or as far as `out` along x as it rises.
     """
     T_object_tool = Pose((aside, across, grip_height), DOWN)
     held = Attachment(name, T_object_tool.inverse())
@@ -149,7 +151,8 @@ def carry(
         picking = kind == "pick"
         travel = Move("transit" if picking else "transfer", hand.free(above(tool)), OPEN if picking else width)
         reach = Move("approach" if picking else "lower", hand.line(tool), travel.opening, contacts=resting)
-        leave = Move("lift" if picking else "retreat", hand.line(above(tool)), width if picking else OPEN)
+        up = Pose((out if picking else 0.0, 0.0, 0.0)) @ above(tool)
+        leave = Move("lift" if picking else "retreat", hand.line(up), width if picking else OPEN)
         leave = Move(leave.phase, leave.trajectory, leave.opening, contacts=resting)
         if picking:
             leave = Move(leave.phase, leave.trajectory, leave.opening, held, resting)

@@ -21,6 +21,7 @@ from tests.checking.mutations.handling import (
     rocks_over_its_foot,
     rocks_under_what_is_put_on_it,
     takes_a_board_over_the_rim,
+    takes_a_prop_away,
     tips_against_what_leans,
     tips_off_a_rim,
 )
@@ -37,6 +38,7 @@ from tests.checking.mutations.rounds import rolls_along_a_groove, rolls_off_half
         (met_where_it_was_let_go, arm_motion, "astray", []),
         (rocks_under_what_is_put_on_it, arm_motion, "_let_follow", None),
         (takes_a_board_over_the_rim, left_standing, "over_edge", []),
+        (takes_a_prop_away, left_standing, "_giving_way", ()),
         (lies_tilted_in_a_tray, left_standing, "_goes_on", False),
         (lies_tilted_across_two_trays, left_standing, "_goes_on", False),
         (tips_against_what_leans, left_standing, "gives_way", ()),

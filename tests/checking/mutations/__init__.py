@@ -52,6 +52,7 @@ from tests.checking.mutations.handling import (
     rocks_over_its_foot,
     rocks_under_what_is_put_on_it,
     takes_a_board_over_the_rim,
+    takes_a_prop_away,
     tips_against_what_leans,
     tips_off_a_rim,
 )
@@ -223,6 +224,7 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     rocks_over_its_foot: ("fall",),
     rocks_under_what_is_put_on_it: ("collision",),
     takes_a_board_over_the_rim: ("support",),
+    takes_a_prop_away: ("precondition",),
     lies_tilted_in_a_tray: ("support",),
     lies_tilted_across_two_trays: ("support",),
     tips_against_what_leans: ("support",),

@@ -5,19 +5,21 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.spatial import HalfspaceIntersection
 
 from tamp.task import Action, Attachment, Box, Fall, Grip, Move, Object, Plan, Pose, Release, Task, Trajectory
 from tamp.task.mesh.parts import convex_hull
 from tests.checking.handmade import DOWN, OPEN, Hand, above, carry
 from tests.checking.mutations.editing import Pair
 from tests.checking.mutations.solids import hulls
-from tests.checking.physics.heaps import PUT_ON_LEANING
+from tests.checking.physics.heaps import PUT_ON_LEANING, TAKEN_FROM_LEANING
 from tests.checking.physics.hollow_heaps import PUT_ON_HOLLOW
 
 CARD, BAR, BRICK = Box((0.004, 0.05, 0.12)), Box((0.2, 0.05, 0.06)), Box((0.04, 0.05, 0.1))
 DOMINO = Box((0.012, 0.05, 0.1))
 CORNERS = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (0.0, 1.0)])
 AGAINST_A_DOMINO = "a box that tips against a domino, which leans on the slab under it"
+BESIDE_A_ROD = "slab that leans on a ball, and by its edge on a rod that it does not touch"
 TIP = 0.00885  # of open fingers under the tool [m]
 CALM = 1.3  # times as long as the arm's limits ask
 
@@ -191,6 +193,34 @@ def tips_against_what_leans(task: Task, plan: Plan, rng: np.random.Generator) ->
     *things, box = [replace(o, pose=there @ o.pose) for o in PUT_ON_LEANING[AGAINST_A_DOMINO]]
     actions = carry(Hand(plan.home), box.name, start, box.pose, 0.06, ("table", "slab"), 0.004)
     return instead(task, plan, actions, *things, replace(box, pose=start))
+
+
+def takes_a_prop_away(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """A prop is taken from under a slab that leans on it, with another on that, by whose edge a rod leans."""
+    if task.robot != "panda":
+        return None
+    there = Pose((*rng.uniform((0.05, -0.05), (0.1, 0.05)), 0.0))
+    ball, *things = TAKEN_FROM_LEANING[BESIDE_A_ROD]
+    prop, wide = _prop(things[1], ball.pose.xyz, rng)
+    start = there @ prop.pose
+    goal = Pose((start.xyz[0], start.xyz[1] - 0.25, 0.0))
+    actions = carry(Hand(plan.home), "prop", start, goal, wide, ("table", "table"), 0.068, -0.01, out=-0.17)
+    things = [replace(o, pose=there @ o.pose) for o in things]
+    return instead(task, plan, actions, *things, replace(prop, pose=start))
+
+
+def _prop(slab: Object, at: tuple[float, float, float], rng: np.random.Generator) -> tuple[Object, float]:
+    """What fills a box beside a place as far as it is under a slab that leans there, and how wide it is [m]."""
+    T, (begins, wide, low) = slab.pose.matrix, rng.uniform((-0.024, 0.018, 0.015), (-0.022, 0.026, 0.03))
+    down, origin = T[:3, 2], np.array((*at[:2], 0.0))
+    under = float(down @ (T[:3, 3] - origin)) - slab.shape.size[2] / 2 - 2.5e-5  # so far the slab's under side is off
+    box = np.array([(-0.06, begins, 0.0), (low, begins + wide, 0.078)])
+    faces = [[*down, -under], *np.column_stack([-np.eye(3), box[0]]), *np.column_stack([np.eye(3), -box[1]])]
+    corners = HalfspaceIntersection(np.array(faces), box[0] + 0.004).intersections
+    origin += (-0.04, begins + wide / 2, 0.0)
+    corners -= (-0.04, begins + wide / 2, 0.0)
+    shape = hulls(f"prop_{begins:.6f}_{wide:.6f}_{low:.6f}", [convex_hull(corners)])
+    return Object("prop", shape, Pose(tuple(origin)), mass=0.3, friction=0.5), float(wide)
 
 
 def on_a_foot(within: float):

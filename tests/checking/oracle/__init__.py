@@ -20,6 +20,7 @@ from tests.checking.oracle.bookkeeping import bookkeeping
 from tests.checking.oracle.carrying import jerked_out
 from tests.checking.oracle.falls import FALLEN, TOPPLED, fall, gave_way
 from tests.checking.oracle.leaning import leaning
+from tests.checking.oracle.letting_down import lets_down
 from tests.checking.oracle.lying import lies_down
 from tests.checking.oracle.overhanging import tips_off
 from tests.checking.oracle.pushes import push
@@ -83,6 +84,8 @@ class Oracle:
             if not sweep and (text := toppling(world)) is not None:
                 return f"before {action}: {text}"
             if not sweep and (text := misnamed(world, action, TAKEN)) is not None:
+                return f"{action}: {text}"
+            if sweep and action.name in TAKEN and (text := lets_down(world, action.arguments[0])) is not None:
                 return f"{action}: {text}"
             for step in action.steps:
                 text = self._swept(world, step) if sweep and isinstance(step, Move) else None

@@ -23,7 +23,7 @@ def gives_in(world: World, name: str) -> str | None:
     """That a box that was put down, and the boxes that lean which it touches, are not in balance together; or None."""
     if not isinstance(world.task.object(name).shape, Box):
         return None
-    slant = [o for o in world.others(name, "table") if _leans(world, o) and len(_touching(world, name, o)[0])]
+    slant = [o for o in world.others(name, "table") if leans(world, o) and len(_touching(world, name, o)[0])]
     if not slant:
         return None
     loose, columns = [name, *slant], list[np.ndarray]()
@@ -43,7 +43,7 @@ def gives_in(world: World, name: str) -> str | None:
     return f"{' and '.join(slant)} cannot bear {name}" if short.fun > CLEARLY * total else None
 
 
-def _leans(world: World, name: str) -> bool:
+def leans(world: World, name: str) -> bool:
     upright = float(np.abs(world.poses[name][2, :3]).max())
     return isinstance(world.task.object(name).shape, Box) and upright < np.cos(LEANING)
 
