@@ -63,6 +63,7 @@ INFEASIBLE = {
     "impossible goal": unsolvable.impossible_goal,
     "unknown thing": unsolvable.unknown_thing,
     "no streams": unsolvable.no_streams,
+    "contradicting": unsolvable.contradicting,
     "never undone": unsolvable.never_undone,
     "never undone, though told": unsolvable.never_undone_though_told,
 }

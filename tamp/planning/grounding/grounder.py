@@ -23,7 +23,7 @@ MANY_HOPES = 1000
 """How many stream instances may be hoped for before new values bring short chains of hopes only."""
 
 OPERATORS_A_HOPE = 4
-"""How many operators that hope for anything count as much as a stream instance."""
+"""How many operators, or conditional effects, that hope for anything count as much as a stream instance."""
 
 SHARE = 500
 """How many instances of streams whose inputs are real may come up before they are all drawn from in turn, at least."""
@@ -132,7 +132,7 @@ class Grounder:
 
     @property
     def _hopes(self) -> int:
-        """How much is hoped for: stream instances, and some operators that rest on them for each."""
+        """How much is hoped for: stream instances, and some operators and their conditional effects for each."""
         return len(self.knowledge.templates) + self._hoping // OPERATORS_A_HOPE
 
     @property
@@ -160,7 +160,8 @@ class Grounder:
 
         Args:
             most: streams in a row that may be hoped for at most.
-            patient: bring about as many hopes as there are at once, and nothing before sampling has had a turn then.
+            patient: bring about as many hopes as there are at once; where they are many, nothing before sampling has
+                had a turn.
         """
         unfinished = self._real.unfinished
         self._most_admitted = len(self._admitted) + self._share
@@ -186,7 +187,7 @@ class Grounder:
                 self._chains.add(fact)
             else:
                 self._waiting.append(fact)
-        self._sated = self._hopes > self._room
+        self._sated = self.crowded
         self._room = max(MANY_HOPES, self._hopes)
         return True
 
@@ -236,7 +237,9 @@ class Grounder:
         def on_match(values: tuple[int, ...]) -> None:
             binding = dict(zip(names, values, strict=True))
             if all(a == b for _, a, b in (ground(pair, binding) for pair in equal)):
-                self._add_effect(self._operator(index, schema, values[:count]), effect, binding)
+                operator = self._operator(index, schema, values[:count])
+                self._hoping += bool(operator.needs)
+                self._add_effect(operator, effect, binding)
 
         return on_match
 

@@ -292,6 +292,9 @@ class Outlook:
             Ended: "infeasible"; or "failed", where streams that gave up, and are never called again, could have
                 brought it, and nothing else can.
         """
+        goal = self._schema.goal
+        if (both := next((ground(p, {}) for p in goal.positive if p in goal.negative), None)) is not None:
+            raise Ended("infeasible", f"The goal wants {self._knowledge.objects.text(both)} both true and false.")
         if (standing := never_undone(self._schema, self._knowledge)) is not None:
             raise Ended("infeasible", f"{self._knowledge.objects.text(standing)} holds, and no action undoes it.")
         if self._sampling.draws < self._next or self._may_surprise():

@@ -159,3 +159,13 @@ def test_hopes_do_not_run_ahead_where_the_goal_names_what_only_a_stream_can_brin
     solution = solve(problem, algorithm=algorithm, timeout=20.0, seed=0)
     check(problem, solution)
     assert solution.report.counts["instances"] < 100
+
+
+@pytest.mark.parametrize("algorithm", ["adaptive", "focused"])
+def test_conditional_effects_that_rest_on_hopes_crowd_the_search(algorithm):
+    """Only a value that is no new object does; 100,000 effects were grounded for one that is."""
+    problem = chance.problem(42541887, streams=True, features={"exogenous", "inputless"})
+    problem = replace(problem, goal=("and", ("not", ("q", "tb")), ("s",)))
+    solution = solve(problem, algorithm=algorithm, timeout=20.0, seed=0)
+    check(problem, solution)
+    assert solution.report.counts["operators"] < 2500

@@ -82,6 +82,11 @@ def never_undone_though_told() -> Problem:
     return Problem(domain, streams, samplers, init, ("and", ("Passed", "front"), ("not", ("Locked", "front"))))
 
 
+def contradicting() -> Problem:
+    """The cup shall be held and not held: infeasible, whatever streams without an end may give."""
+    return _reach(endless_grasps, in_reach, ("and", ("Held", "cup"), ("not", ("Held", "cup"))))
+
+
 def endless() -> Problem:
     """Ever new grasps, none of them reachable: nothing is proven, time runs out."""
     return _reach(endless_grasps, out_of_reach, ("Held", "cup"))
