@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.streams.collisions import ARM_MARGIN
 from tamp.streams.motion.handling_contacts import touched
 from tamp.streams.rubbing import PRESSED
 from tamp.world.transforms import moved
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
 UP, ASIDE = 0.005, 0.004  # steps of the lattice [m]
 WORLD = np.diag([ASIDE, ASIDE, UP])
-RISE = 24  # steps up after which it is out
+RISE, HIGHEST = 24, 72  # steps up after which it is out, and after which it is not looked at whether it is well clear
 BEND = 1.0  # what a step costs that goes on in another direction than the one before, in steps up
 MOST = 1500  # shifts looked at
 STEP = 0.005  # between two poses that are looked at [m]
@@ -48,7 +49,7 @@ STEPS: list[Node] = sorted(
 def extraction(world: World, obj: str, T: Array, others: Mapping[str, Array]) -> Way | None:
     """Shifts by which an object leaves where it is, past all others; None where none is found.
 
-    What it touches it may touch on, but not press on.
+    What it touches it may touch on, but not press on. Where possible it ends well clear of all.
 
     Args:
         world: geometry of the objects.
@@ -61,8 +62,11 @@ def extraction(world: World, obj: str, T: Array, others: Mapping[str, Array]) ->
     def free(*shifts: Array) -> bool:
         return not meets(world, obj, T, np.array(shifts), others, touch)
 
+    def clear(shift: Array) -> bool:
+        return not meets(world, obj, T, shift[None], others, dict.fromkeys(others, ARM_MARGIN))
+
     lattices = (WORLD, upright(T[:3, :3]) @ WORLD)
-    found = ((lattice, _search(lattice, free)) for lattice in lattices)
+    found = ((lattice, _search(lattice, free, clear)) for lattice in lattices)
     ways = [_straightened(lattice, nodes, free) for lattice, nodes in found if nodes is not None]
     return min(ways, key=_length, default=None)
 
@@ -91,8 +95,8 @@ def upright(R: Array) -> Array:
     return axes if axes[2, 2] > 0.0 else axes * (1.0, -1.0, -1.0)
 
 
-def _search(lattice: Array, free: Callable[..., bool]) -> list[Node] | None:
-    """Nodes from no shift to one that is high enough; the lattice's steps are the columns of a matrix, (3, 3) [m].
+def _search(lattice: Array, free: Callable[..., bool], clear: Callable[[Array], bool]) -> list[Node] | None:
+    """Nodes from no shift to one that is out; the lattice's steps are the columns of a matrix, (3, 3) [m].
 
     It is greedy, so that there are few bends but not the fewest. Whether a node is free is asked once, and whether the
     step to it is only when its turn has come (Bohlin and Kavraki, Path planning using lazy PRM, ICRA 2000).
@@ -101,6 +105,7 @@ def _search(lattice: Array, free: Callable[..., bool]) -> list[Node] | None:
     start: Node = (0, 0, 0)
     waiting: list[tuple[float, int, Node, list[Node]]] = [(float(RISE), next(order), STEPS[0], [start])]
     reached, shut = set[Node](), set[Node]()
+    out: list[Node] | None = None
     while waiting and len(reached) + len(shut) < MOST:
         cost, _, last, way = heapq.heappop(waiting)
         node = way[-1]
@@ -111,15 +116,17 @@ def _search(lattice: Array, free: Callable[..., bool]) -> list[Node] | None:
             continue
         if not free(*(lattice @ passed for passed in way[-2:])):
             continue
-        if node[2] == RISE:
-            return way
+        if node[2] >= RISE:
+            if clear(lattice @ node):
+                return way
+            out = out or way
         reached.add(node)
         for step in STEPS:
             after: Node = (node[0] + step[0], node[1] + step[1], node[2] + step[2])
-            if after not in reached and after not in shut:
+            if after[2] <= HIGHEST and after not in reached and after not in shut:
                 bend = BEND if step != last else 0.0
                 heapq.heappush(waiting, (cost - step[2] + bend, next(order), step, [*way, after]))
-    return None
+    return out
 
 
 def _straightened(lattice: Array, nodes: list[Node], free: Callable[..., bool]) -> Way:

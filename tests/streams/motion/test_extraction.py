@@ -49,7 +49,19 @@ def test_what_leans_between_two_walls_slides_out_along_its_faces(lean):
     ]
     way = extraction(workspace_of(book, *walls).world, "book", tilt.matrix, poses_of(*walls))
     assert way is not None
-    assert np.array(way[-1]) == pytest.approx(tilt.matrix[:3, 2] * RISE * UP, abs=1e-4)
+    assert np.array(way[-1]) == pytest.approx(tilt.matrix[:3, 2] * np.linalg.norm(way[-1]), abs=1e-4)
+
+
+@pytest.mark.parametrize("deep", [0.06, 0.19])
+def test_what_is_tall_rises_until_it_is_clear_of_what_it_stood_between(deep):
+    book = Object("book", Box((0.15, 0.04, 0.25)), Pose((0.0, 0.0, 0.125)))
+    walls = [
+        Object(name, Box((0.2, 0.02, deep)), Pose((0.0, side * 0.0301, deep / 2)))
+        for name, side in (("left", -1), ("right", 1))
+    ]
+    way = extraction(workspace_of(book, *walls).world, "book", book.pose.matrix, poses_of(*walls))
+    assert way is not None
+    assert max(RISE * UP, deep) <= way[-1][2] < max(RISE * UP, deep) + 2 * UP
 
 
 def test_what_is_roofed_over_moves_aside_before_it_rises_on():
