@@ -246,8 +246,8 @@ def bring_to_rest(
 ) -> bool:
     """Put an object to where it comes to rest from its goal, if that is another place nearby; whether it was.
 
-    Not if that is where another shall be that is carried by it, for which it may wait at its goal, nor if the checker
-    would not have it stay there.
+    Not if the checker would not have it stay there; and only if others may be moved where that is in the way of what it
+    shall carry, which may hold it at its goal, and comes merely near its own then.
 
     Args:
         asker: the plan so far, which grows.
@@ -260,7 +260,8 @@ def bring_to_rest(
     if away(there, name) <= RELEASE_HEIGHT or not nearly_there(there, name):
         return False
     carried = [other for other, goal in there.goals.items() if name in goal.on and goal != there.start[other]]
-    if _covers(there, name, there.start[name], carried) or tips_with(there, name, there.start[name]):
+    in_the_way = _covers(there, name, there.start[name], carried)
+    if (in_the_way and not effort.others_move) or tips_with(there, name, there.start[name]):
         return False
     movable = None if effort.others_move else ()
     return _put(asker, name, there.start[name], kept, (), effort.iterations, regrasped, movable)
