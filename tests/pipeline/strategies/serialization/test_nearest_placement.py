@@ -163,15 +163,18 @@ def test_what_does_not_stay_at_its_goal_alone_is_put_where_it_comes_to_rest_from
     assert asker.workspace.start["red"].pose.matrix[2, 2] > 0.9999
 
 
-@pytest.mark.parametrize(("height", "brought"), [(0.075, True), (0.06, False)])
-def test_what_would_rest_where_another_shall_be_that_it_carries_waits_for_that_at_its_goal(height, brought):
+@pytest.mark.parametrize(
+    ("height", "effort", "brought"), [(0.075, EFFORTS[0], True), (0.06, EFFORTS[0], False), (0.06, EFFORTS[1], True)]
+)
+def test_what_would_rest_where_another_shall_be_that_it_carries_waits_for_that_at_its_goal(height, effort, brought):
+    """With greater effort it does not wait: what it shall carry may have nothing else to rest on."""
     asker = asker_of(replace(RED, goal=At(Pose((0.1, -0.2, 0.025)))), Object("top", CUBE, Pose((-0.1, 0.1, 0.025))))
     now = asker.progress.now
     tilted = Placement(Pose.from_rpy((0.1, -0.2, 0.0265), (0.06, 0.0, 0.0)), ("table",))
     goals = {"red": tilted, "top": Placement(Pose((0.1, -0.2, height)), ("red",))}
     asker.progress.now = replace(now, workspace=replace(now.workspace, goals=goals))
     there = rest_from_goal(asker, "red")
-    assert bring_to_rest(asker, "red", there, set(), set(), EFFORTS[0]) == brought
+    assert bring_to_rest(asker, "red", there, set(), set(), effort) == brought
 
 
 @pytest.mark.parametrize("effort", EFFORTS[:2])
