@@ -181,6 +181,17 @@ def test_a_task_without_a_goal_pose_takes_no_figures_of_another(service: Service
     assert "<b>open</b>" in own and "doing nothing 20.00" in own
 
 
+def test_a_contest_without_trial_tasks_offers_none_to_download(service: Service) -> None:
+    offered = "/api/tasks/trial.zip"
+    assert offered in service.get("/tasks").text and "download the trial tasks" in service.get("/").text
+    rules = (service.data / "contest.yaml").read_text().replace("[open.yaml]", "[]").replace("hidden_*", "hidden_a")
+    (service.data / "contest.yaml").write_text(rules)
+    client = TestClient(make_app(service.store, load_contest(service.data / "contest.yaml"), service.data))
+    page = client.get("/tasks").text
+    assert "no trial tasks" in page and offered not in page and "1 task, which stays on the server" in page
+    assert "download" not in client.get("/").text
+
+
 def test_what_a_solution_printed_is_shown_line_by_line_with_all_that_it_has(service: Service) -> None:
     number = service.hand_in(service.ours).json()["id"]
     service.evaluate(0.2 + 1e-5, "one\x1b[2J\n\ttwo \u202e\u2066three\r\nfour <b>")
