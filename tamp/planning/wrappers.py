@@ -103,6 +103,16 @@ class DebugValue:
     output: str
     number: int
 
+    @property
+    def input_values(self) -> tuple[Any, ...]:
+        """The inputs, by their name in PDDLStream."""
+        return self.inputs
+
+    @property
+    def output_parameter(self) -> str:
+        """The output as the stream file names it, such as "?q"."""
+        return f"?{self.output}"
+
     def __str__(self) -> str:
         return f"{self.output}{self.number}"
 

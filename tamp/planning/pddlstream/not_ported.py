@@ -20,6 +20,8 @@ NOT_PORTED = {
         " evaluations_from_init fact_from_evaluation fact_from_fd obj_from_value_expression transform_plan_args"
         " value_from_evaluation value_from_obj_expression",
         _KEPT: "analyze_goal check_solution dump_plan examine_instantiated",
+        "solution.report.streams has calls, outputs and times of each stream": "dump_total_statistics load_data"
+        " load_stream_statistics write_stream_statistics",
         "nothing is left out at first: solve plans with the whole domain": "solve_hierarchical",
         _ONE: "diverse_subset p_conjunction p_disjunction",
         _TIMED: "SimplifiedDomain TemporalDomain solve_tfd",

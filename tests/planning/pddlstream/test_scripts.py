@@ -142,7 +142,9 @@ def test_what_is_known_of_streams_are_numbers(option):
 def test_names_that_only_must_exist():
     problem = PDDLProblem(DOMAIN, {}, STREAMS, "debug", [("Thing", "cup")], ("Held", "cup"))
     plan, *_ = pddlstream.solve(problem, max_time=20)
-    assert isinstance(plan[0].args[1], DebugValue)
+    value = plan[0].args[1]
+    assert isinstance(value, DebugValue)
+    assert (value.stream, value.input_values, value.output_parameter) == ("sample", ("cup",), "?g")
     assert not any(isinstance(action, pddlstream.StreamAction) for action in plan)
     options = {
         "action_info": {"pick": pddlstream.ActionInfo(terminal=True, p_success=0.5)},
