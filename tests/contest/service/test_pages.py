@@ -190,6 +190,10 @@ def test_a_contest_without_trial_tasks_offers_none_to_download(service: Service)
     page = client.get("/tasks").text
     assert "no trial tasks" in page and offered not in page and "1 task, which stays on the server" in page
     assert "download" not in client.get("/").text
+    team = {"Authorization": f"Bearer {service.ours}"}
+    for path in ("/solutions", "/team"):
+        assert "trial" in service.get(path, service.ours).text
+        assert "trial" not in client.get(path, headers=team).text, path
 
 
 def test_what_a_solution_printed_is_shown_line_by_line_with_all_that_it_has(service: Service) -> None:
