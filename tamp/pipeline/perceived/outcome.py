@@ -31,7 +31,7 @@ class Outcome:
 
     Attributes:
         name: the object.
-        fate: "reached"; "reached but for its symmetry", where only a turn that the shape does not show is wrong; or why
+        fate: "reached"; "reached, but turned in a way that its shape does not show"; or why
             not: "not seen", "wrongly estimated", "left by the plan", "not grasped", "wrongly placed"; "no goal" where
             it has none.
         estimate_m: how far the first estimate was off (EDE over the mesh's symmetries) [m]; None: not found.
@@ -124,7 +124,8 @@ def _sight(name: str, beliefs: Sequence[Belief], truths: Sequence[Mapping[str, P
 
 def _symmetric(met: bool | None, end: float | None) -> str:
     """What became of an object that has its goal pose but for a turn that its shape does not show; else nothing."""
-    return "reached but for its symmetry" if met is False and end is not None and end <= SOLVED_WITHIN_M else ""
+    near = met is False and end is not None and end <= SOLVED_WITHIN_M
+    return "reached, but turned in a way that its shape does not show" if near else ""
 
 
 def _fate(met: bool | None, sight: _Sight, brought: bool, grasped: int | None) -> str:
