@@ -103,7 +103,7 @@ def rocks_under_what_is_put_on_it(task: Task, plan: Plan, rng: np.random.Generat
     """What lies on the greater of two facets gets a weight on its other end; fingers pass low over this one."""
     if task.robot != "panda":
         return None
-    x, y, slope = *rng.uniform((0.0, -0.15), (0.08, -0.05)), np.tan(rng.uniform(0.07, 0.1))
+    x, y, slope = *rng.uniform((0.03, -0.15), (0.1, -0.05)), np.tan(rng.uniform(0.07, 0.1))
     left, pivot, right, thick = -0.15, 0.012, 0.12, 0.03
     side = [(left, 0.0), (pivot, 0.0), (right, (right - pivot) * slope), (right, thick + (right - left) * slope)]
     corners = np.array([(a, b, c) for a, c in (*side, (left, thick)) for b in (-0.02, 0.02)])
