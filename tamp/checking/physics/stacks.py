@@ -222,11 +222,11 @@ def _weighted(scene: Scene, state: State, name: str) -> tuple[float, Array]:
     return scene.task.object(name).mass, scene.center_of_mass(name, state.poses[name])
 
 
-def pushes_of(scene: Scene, state: State, stack: Stack) -> Array:
+def pushes_of(scene: Scene, state: State, stack: Stack, stickier: float = 1.0) -> Array:
     """What the pushes along the edges of each contact's friction cone give the bodies of a stack, shape (6 n, m).
 
     Each is a force and a scaled moment about the centre of mass, equal and opposite for its two bodies, in six rows for
-    each of them.
+    each of them. Friction is `stickier` times what is given.
     """
     row = {name: 6 * index for index, name in enumerate(stack.names)}
     middles = {name: scene.center_of_mass(name, state.poses[name]) for name in stack.names}
@@ -237,7 +237,7 @@ def pushes_of(scene: Scene, state: State, stack: Stack) -> Array:
             patch = _on_line(patch, middles[name], axes[name])
         kept = equilibrium.outermost(patch.points, patch.normals)
         points, normals = patch.points[kept], patch.normals[kept]
-        mu = np.full(len(kept), scene.friction(a) * scene.friction(b))
+        mu = np.full(len(kept), stickier * scene.friction(a) * scene.friction(b))
         block = np.zeros((6 * len(row), len(kept) * equilibrium.EDGES))
         for name, sign in ((a, 1.0), (b, -1.0)):
             if name in row:

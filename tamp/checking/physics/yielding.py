@@ -162,11 +162,10 @@ def unbalanced(scene: Scene, state: State, name: str, allow: Tolerances) -> froz
 def _a_span_on(
     scene: Scene, state: State, stack: Stack, going: Mapping[str, Velocity], span: float
 ) -> dict[str, Velocity]:
-    """As `_velocities`, empty where that is no more than rounding, and what cones cut to edges leave out."""
-    after = _velocities(scene, state, stack.names, pushes_of(scene, state, stack), going, span)
-    friction = max((scene.friction(a) * scene.friction(b) for a, b in stack.touching), default=0.0)
-    still = ROUNDING + friction * (1.0 - np.cos(np.pi / equilibrium.EDGES))
-    return after if _fastest(scene, after) > still * span else {}
+    """As `_velocities`, empty where that is no more than rounding; cones have their edges round the true ones."""
+    pushes = pushes_of(scene, state, stack, 1.0 / np.cos(np.pi / equilibrium.EDGES))
+    after = _velocities(scene, state, stack.names, pushes, going, span)
+    return after if _fastest(scene, after) > ROUNDING * span else {}
 
 
 def _fastest(scene: Scene, ways: Mapping[str, Velocity]) -> float:

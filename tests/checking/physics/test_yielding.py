@@ -70,6 +70,13 @@ def test_a_board_that_nothing_holds_lies_down(yaw, lean):
     assert (slumped(*turned((thing,), yaw), most=0.03)["board"] > 0.03) == falls
 
 
+@pytest.mark.parametrize("beyond", [-0.001, 0.001])
+def test_friction_holds_nothing_whose_middle_is_beyond_the_edge(beyond):
+    block = Object("block", Box((0.1, 0.1, 0.05)), Pose((0.0, 0.0, 0.025)), mass=2.0, friction=1.5)
+    slab = Object("slab", Box((0.2, 0.06, 0.02)), Pose((0.05 + beyond, 0.0, 0.06)), mass=0.2, friction=1.5)
+    assert (slumped(*turned((slab, block), 0.3), most=0.03)["slab"] > 0.03) == (beyond > 0.0)
+
+
 @pytest.mark.parametrize("held", [True, False])
 def test_what_sets_out_by_itself_before_a_change_is_not_said_to_go_on_with_momentum(held):
     """A prism of 16 faces leans beyond its balance on a slope, and the block is taken away that holds it, or stops it.
