@@ -172,10 +172,14 @@ class Ordering:
         self._keep_the_best()
 
     def _climb_again(self, efforts: Sequence[Effort]) -> None:
-        """Reach one goal after the other; while that leaves any, begin again with one that it has left."""
-        self._climb(efforts)
-        while self._left and self._start_over():
-            self._climb(efforts)
+        """Reach one goal after the other; while that leaves any, begin again with one that it has left.
+
+        The greatest effort comes once that has been tried: to take away again what bars a goal takes longer.
+        """
+        for some in (efforts[:-1], efforts):
+            self._climb(some)
+            while self._left and self._start_over():
+                self._climb(some)
 
     def _start_over(self) -> bool:
         """Reach a goal that is left from where all began, before any other; whether that was done.
