@@ -246,8 +246,9 @@ def bring_to_rest(
 ) -> bool:
     """Put an object to where it comes to rest from its goal, if that is another place nearby; whether it was.
 
-    Not if the checker would not have it stay there; and only if others may be moved where that is in the way of what it
-    shall carry, which may hold it at its goal, and comes merely near its own then.
+    Not if the checker would not have it stay there, nor if that is where another shall be, which may hold it at its
+    goal: it waits for that. Where that is to be carried by it, it does not wait while others are moved: what it carries
+    comes after it, merely near its own goal then.
 
     Args:
         asker: the plan so far, which grows.
@@ -259,12 +260,13 @@ def bring_to_rest(
     """
     if away(there, name) <= RELEASE_HEIGHT or not nearly_there(there, name):
         return False
-    carried = [other for other, goal in there.goals.items() if name in goal.on and goal != there.start[other]]
-    in_the_way = _covers(there, name, there.start[name], carried)
-    if (in_the_way and not effort.others_move) or tips_with(there, name, there.start[name]):
+    place, coming = there.start[name], {other for other, goal in there.goals.items() if goal != there.start[other]}
+    after = {other for other in coming if effort.others_move and name in there.goals[other].on}
+    waits = not effort.hopeless_too and _covers(there, name, place, coming - after - {name})
+    if waits or tips_with(there, name, place):
         return False
     movable = None if effort.others_move else ()
-    return _put(asker, name, there.start[name], kept, (), effort.iterations, regrasped, movable)
+    return _put(asker, name, place, kept, (), effort.iterations, regrasped, movable)
 
 
 def _put_near(asker: Asker, name: str, grips: Grips, kept: Collection[str], free: Collection[str]) -> bool:

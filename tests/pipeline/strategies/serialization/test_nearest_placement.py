@@ -22,7 +22,7 @@ from tamp.pipeline.strategies.serialization.nearest_placement import (
     rest_from_goal,
 )
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
-from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker
+from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, LAST, Asker
 from tamp.scoring.ede import ede, mean_edge
 from tamp.streams.values import Placement, Slide
 from tamp.task import At, Box, Mesh, Object, Pose, Task, load_robot
@@ -164,14 +164,21 @@ def test_what_does_not_stay_at_its_goal_alone_is_put_where_it_comes_to_rest_from
 
 
 @pytest.mark.parametrize(
-    ("height", "effort", "brought"), [(0.075, EFFORTS[0], True), (0.06, EFFORTS[0], False), (0.06, EFFORTS[1], True)]
+    ("height", "on", "effort", "brought"),
+    [
+        (0.075, "red", EFFORTS[0], True),
+        (0.06, "red", EFFORTS[0], False),
+        (0.06, "red", EFFORTS[1], True),
+        (0.06, "table", EFFORTS[2], False),
+        (0.06, "table", LAST[-1], True),
+    ],
 )
-def test_what_would_rest_where_another_shall_be_that_it_carries_waits_for_that_at_its_goal(height, effort, brought):
-    """With greater effort it does not wait: what it shall carry may have nothing else to rest on."""
+def test_what_would_rest_where_another_shall_be_waits_for_that_at_its_goal(height, on, effort, brought):
+    """Not for what it shall carry, once others are moved: that has nothing else to rest on."""
     asker = asker_of(replace(RED, goal=At(Pose((0.1, -0.2, 0.025)))), Object("top", CUBE, Pose((-0.1, 0.1, 0.025))))
     now = asker.progress.now
     tilted = Placement(Pose.from_rpy((0.1, -0.2, 0.0265), (0.06, 0.0, 0.0)), ("table",))
-    goals = {"red": tilted, "top": Placement(Pose((0.1, -0.2, height)), ("red",))}
+    goals = {"red": tilted, "top": Placement(Pose((0.1, -0.2, height)), (on,))}
     asker.progress.now = replace(now, workspace=replace(now.workspace, goals=goals))
     there = rest_from_goal(asker, "red")
     assert bring_to_rest(asker, "red", there, set(), set(), effort) == brought
