@@ -20,7 +20,7 @@ from tamp.pipeline.strategies.serialization.goal_graph import (
     farthest_first,
     nearly_there,
 )
-from tamp.pipeline.strategies.serialization.subproblem import Asker, Effort, while_others_stay
+from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker, Effort, while_others_stay
 from tamp.planning import Context
 from tamp.streams.affordances.falls import drops
 from tamp.streams.affordances.slide_path import slidable
@@ -247,8 +247,8 @@ def bring_to_rest(
     """Put an object to where it comes to rest from its goal, if that is another place nearby; whether it was.
 
     Not if the checker would not have it stay there, nor if that is where another shall be, which may hold it at its
-    goal: it waits for that. Where that is to be carried by it, it does not wait while others are moved: what it carries
-    comes after it, merely near its own goal then.
+    goal: it waits for that until the greatest effort. Where that is to be carried by it, it does not wait while others
+    are moved: what it carries comes after it, merely near its own goal then.
 
     Args:
         asker: the plan so far, which grows.
@@ -262,7 +262,7 @@ def bring_to_rest(
         return False
     place, coming = there.start[name], {other for other, goal in there.goals.items() if goal != there.start[other]}
     after = {other for other in coming if effort.others_move and name in there.goals[other].on}
-    waits = not effort.hopeless_too and _covers(there, name, place, coming - after - {name})
+    waits = effort in EFFORTS[:-1] and _covers(there, name, place, coming - after - {name})
     if waits or tips_with(there, name, place):
         return False
     movable = None if effort.others_move else ()

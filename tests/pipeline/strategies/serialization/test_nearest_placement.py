@@ -22,7 +22,7 @@ from tamp.pipeline.strategies.serialization.nearest_placement import (
     rest_from_goal,
 )
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
-from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, LAST, Asker
+from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker
 from tamp.scoring.ede import ede, mean_edge
 from tamp.streams.values import Placement, Slide
 from tamp.task import At, Box, Mesh, Object, Pose, Task, load_robot
@@ -169,8 +169,8 @@ def test_what_does_not_stay_at_its_goal_alone_is_put_where_it_comes_to_rest_from
         (0.075, "red", EFFORTS[0], True),
         (0.06, "red", EFFORTS[0], False),
         (0.06, "red", EFFORTS[1], True),
-        (0.06, "table", EFFORTS[2], False),
-        (0.06, "table", LAST[-1], True),
+        (0.06, "table", EFFORTS[1], False),
+        (0.06, "table", EFFORTS[2], True),
     ],
 )
 def test_what_would_rest_where_another_shall_be_waits_for_that_at_its_goal(height, on, effort, brought):
