@@ -7,6 +7,7 @@ import os
 import signal
 import sys
 import time
+from collections.abc import Collection
 from contextlib import suppress
 from pathlib import Path
 
@@ -27,23 +28,24 @@ def adopt_orphans() -> None:
         ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
 
 
-def end_children(grace: float) -> None:
+def end_children(grace: float, but: Collection[int] = ()) -> None:
     """Wait a little for the children of this process, adopted ones among them, and kill what is left of them.
 
     Args:
         grace: how long they may take to end by themselves [s].
+        but: numbers of processes that go on, such as those that a shell has begun before it became this process.
     """
     until = time.monotonic() + grace
-    while (children := _left()) and time.monotonic() < until + KILLED_S:
+    while (left := children().difference(but)) and time.monotonic() < until + KILLED_S:
         if time.monotonic() >= until:
-            for child in children:
+            for child in left:
                 with suppress(OSError):
                     os.kill(child, signal.SIGKILL)
         time.sleep(0.01)
 
 
-def _left() -> list[int]:
-    """The children of this process that have not ended; none where the system does not tell."""
+def children() -> frozenset[int]:
+    """Numbers of the children of this process that have not ended; none where the system does not tell."""
     with suppress(ChildProcessError):
         while os.waitpid(-1, os.WNOHANG)[0]:
             pass
@@ -51,4 +53,4 @@ def _left() -> list[int]:
     with suppress(OSError):
         for task in Path("/proc/self/task").iterdir():
             found += map(int, (task / "children").read_text().split())
-    return found
+    return frozenset(found)

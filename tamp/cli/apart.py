@@ -20,7 +20,7 @@ from typing import NoReturn
 
 from tamp.cli.status import BAD_INPUT, UNSOLVED
 from tamp.cli.watchdog import LATE_S, LastWords
-from tamp.parent import GRACE_S, adopt_orphans, end_children, end_with_parent
+from tamp.parent import GRACE_S, adopt_orphans, children, end_children, end_with_parent
 
 PASSED_ON = (signal.SIGINT, signal.SIGTERM, signal.SIGQUIT, signal.SIGHUP)
 LOOK_S = 0.05
@@ -107,6 +107,7 @@ def apart(
     line = options.line = Line()
     handlers = {number: signal.getsignal(number) for number in PASSED_ON}
     adopt_orphans()
+    others = children()
     child = os.fork()
     if child == 0:
         os.setpgid(0, 0)  # what the terminal sends is passed on once
@@ -127,7 +128,7 @@ def apart(
         signal.signal(number, _passed_on(child))
     line.only_listen()
     status = _awaited(child, line)
-    end_children(0.0 if line.is_late else GRACE_S)
+    end_children(0.0 if line.is_late else GRACE_S, others)
     if status == -signal.SIGKILL and line.is_late:
         options.out = sys.stdout
         line.words.say(options)

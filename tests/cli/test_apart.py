@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import subprocess
 import sys
 import time
@@ -51,3 +53,18 @@ def test_what_is_left_behind_is_ended(tmp_path: Path, name: str, status: int, sa
     assert (done.returncode, done.stderr) == (status, said)
     assert time.monotonic() - began < 15.0
     assert not Path(f"/proc/{int(done.stdout)}").exists()
+
+
+def test_what_a_shell_has_begun_before_goes_on(tmp_path: Path) -> None:
+    """A shell that begins something, and then becomes this process, leaves it a child that is not the command's."""
+    script = f"sleep 30 & echo $!; exec {sys.executable} -m tests.cli.hostile_commands comes_to_an_end"
+    with subprocess.Popen(
+        ["sh", "-c", script], stdout=subprocess.PIPE, text=True, cwd=tmp_path, env={"PYTHONPATH": str(HERE)}
+    ) as shell:
+        assert shell.stdout is not None
+        begun = int(shell.stdout.readline())
+        try:
+            assert shell.wait(timeout=20) == 0
+            os.kill(begun, 0)
+        finally:
+            os.kill(begun, signal.SIGKILL)
