@@ -78,6 +78,17 @@ class Timing:
         else:
             self._poses[name] = T_world_object
 
+    def still_below(self, obj: str, placement: Placement) -> tuple[str, ...]:
+        """What an object rests on, but for what it rested on at the start and what has been taken away since."""
+        start = self.workspace.start
+
+        def stays(lower: str) -> bool:
+            return lower == TABLE or (
+                lower in self._poses and np.allclose(self._poses[lower], start[lower].pose.matrix)
+            )
+
+        return placement.on if placement != start[obj] else tuple(filter(stays, placement.on))
+
     def move(
         self,
         phase: str,

@@ -5,11 +5,12 @@ Facts depend on the task's geometry alone: never on whose function serves a stre
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from tamp.domains.skill import Fact, Question, Skill
 from tamp.planning import StreamInfo
+from tamp.streams.affordances.stack_balance import needed_below
 from tamp.streams.affordances.topple_path import to_be_pushed
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
@@ -28,7 +29,8 @@ def facts(workspace: Workspace, question: Question) -> Iterator[Fact]:
         yield ("Grasp", *question.held)
         yield ("AtGrasp", *question.held)
     for name, placement in workspace.start.items():
-        yield from _placement_facts(workspace.start, name, placement)
+        needed = needed_below(workspace, name, question.may_move)
+        yield from _placement_facts(workspace.start, name, placement, needed)
         yield ("AtPose", name, placement)
         if question.may_move(name):
             yield ("MayMove", name)
@@ -39,16 +41,19 @@ def facts(workspace: Workspace, question: Question) -> Iterator[Fact]:
     yield from (("Region", region.name) for region in workspace.task.regions)
     for name, goal in workspace.goals.items():
         if goal != workspace.start[name] and question.may_move(name):
-            about = _placement_facts({**workspace.start, **workspace.goals}, name, goal)
+            around = {**workspace.start, **workspace.goals}
+            about = _placement_facts(around, name, goal, goal.on)
             if to_be_pushed(workspace, name, goal):  # no hand can put it down there
                 about = (fact for fact in about if fact[0] not in ("OnTable", "PutOnTable"))
             yield from about
 
 
-def _placement_facts(around: Mapping[str, Placement], name: str, placement: Placement) -> Iterator[Fact]:
-    """What is certified of a placement whose supports stand as `around` says."""
+def _placement_facts(
+    around: Mapping[str, Placement], name: str, placement: Placement, below: Sequence[str]
+) -> Iterator[Fact]:
+    """What is certified of a placement that needs what is below it, which stands as `around` says."""
     yield ("Placement", name, placement)
-    supports = [support for support in placement.on if support != TABLE]
+    supports = [support for support in below if support != TABLE]
     if not supports:
         yield ("OnTable", name, placement)
         yield ("PutOnTable", name, placement)

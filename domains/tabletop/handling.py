@@ -17,7 +17,8 @@ PUT = {"lay": "place", "lay-on": "stack"}  # what laying is called where nothing
 def take(timing: Timing, action: GroundAction) -> Action:
     """Approach the object, grip it, lift it."""
     handling: Handling = action.args[-1]
-    return Action(action.name, (handling.object, *handling.placement.on), tuple(_take(timing, handling)))
+    below = timing.still_below(handling.object, handling.placement)
+    return Action(action.name, (handling.object, *below), tuple(_take(timing, handling)))
 
 
 def put_down(timing: Timing, action: GroundAction) -> Action:

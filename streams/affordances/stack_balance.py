@@ -8,7 +8,7 @@ walls and friction may still hold it (`friction_cones`); a pile that never stood
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +16,7 @@ import numpy as np
 from tamp.execution.settling.settle import settle
 from tamp.streams.affordances.friction_cones import around, center_at, in_equilibrium, least
 from tamp.streams.affordances.stable_poses import base, inside_by, outline
+from tamp.streams.affordances.support import inside_support
 from tamp.streams.context import Context
 from tamp.streams.hand.finger_closing import felt
 from tamp.streams.values import Balance, Placement
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 NEAR = 0.004  # surface this near to another body may rest on it [m]
 UPWARD = 0.7  # what carries without friction has about this vertical share of its normal
 SLUMP = 0.01  # so far what is left of a pile may move: the checker grants little more [m]
+STILL = 0.002  # what moves by less stays where it is [m]
 SLUMPING_S = 2.0  # what moves longer than this rolls [s]
 GIVEN = 5e-4  # how far elsewhere the centres of mass may lie, all together [m]
 
@@ -74,19 +76,42 @@ def _tips(workspace: Workspace, obj: str, around: Mapping[str, Placement], *, pu
         stood, stands = (apart, joined) if put else (joined, apart)
         if at_rest(workspace, stands) or not at_rest(workspace, stood) or in_equilibrium(workspace, stands):
             return False
-        return put or not _slumps(workspace, stands)
+        return put or not _settles(workspace, stands, SLUMP)
 
     return workspace.cache.value(("upset", obj, put, pile_at(obj, around)), found)
 
 
-def _slumps(workspace: Workspace, places: Mapping[str, Placement]) -> bool:
-    """Whether the rest of a pile comes to rest where it is, or a little lower, as something has been taken from it.
+def needed_below(workspace: Workspace, obj: str, may_leave: Callable[[str], bool]) -> tuple[str, ...]:
+    """What an object rests on, but for what may leave, all at once, while nothing else moves.
+
+    It touches that and does not need it, as what lies beside another in a box does. Physics tells: in a jam pushes have
+    no one solution.
+    """
+    start, gone = workspace.start, set[str]()
+    for lower in start[obj].on if len(start[obj].on) > 1 else ():
+        if lower != TABLE and may_leave(lower) and _stays_without(workspace, obj, gone | {lower}):
+            gone.add(lower)
+    return tuple(lower for lower in start[obj].on if lower not in gone)
+
+
+def _stays_without(workspace: Workspace, obj: str, gone: Collection[str]) -> bool:
+    """Whether an object stays where it is, and all of its pile does, when some of what it rests on is taken away."""
+    start = workspace.start
+    rest = {name: place for name, place in pile_at(obj, start) if name not in gone}
+    below = {name: start[name] for name in start[obj].on if name in rest}
+    if inside_support(workspace, obj, start[obj], below) <= 0.0:
+        return False
+    return workspace.cache.value(("stays", tuple(rest.items())), lambda: _settles(workspace, rest, STILL))
+
+
+def _settles(workspace: Workspace, places: Mapping[str, Placement], within: float) -> bool:
+    """Whether the rest of a pile comes to rest within so far [m] of where it is, as something has been taken from it.
 
     Physics tells: what lies on a round handle rolls with that until both lie.
     """
     poses = {name: place.pose for name, place in places.items()}
     rest = settle(workspace.task, poses, limit_s=SLUMPING_S, simulator=workspace.settling)
-    return rest.resting and all(_moved(workspace, name, poses[name], rest.poses[name]) < SLUMP for name in poses)
+    return rest.resting and all(_moved(workspace, name, poses[name], rest.poses[name]) < within for name in poses)
 
 
 def _moved(workspace: Workspace, name: str, before: Pose, after: Pose) -> float:

@@ -77,6 +77,15 @@ def test_what_stands_on_two_rests_on_both():
     assert [(fact[0], fact[2]) for fact in facts(workspace, "RestsOn")] == [("cube", "red"), ("cube", "slab")]
 
 
+def test_what_touches_another_and_needs_it_not_does_not_cover_it():
+    blocks = [
+        Object(n, Box((0.05, 0.05, 0.06)), Pose((x, 0.0, 0.03))) for n, x in (("p", -0.1), ("q", 0.0), ("r", 0.1))
+    ]
+    plank = Object("plank", Box((0.3, 0.05, 0.02)), Pose((0.0, 0.0, 0.07)))
+    workspace = workspace_of(*blocks, plank, on={"plank": ("p", "q", "r")})
+    assert [(fact[0], fact[2]) for fact in facts(workspace, "RestsOn")] == [("plank", "q")]
+
+
 def test_a_goal_pose_is_a_placement_to_be_reached(table):
     goal = table.goals["red"]
     assert ("red", goal) in facts(table, "Placement")

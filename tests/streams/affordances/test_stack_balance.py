@@ -13,6 +13,7 @@ from tamp.streams.affordances.stack_balance import (
     balance_with,
     balance_without,
     learn_upset,
+    needed_below,
     pile_of,
     tips_with,
 )
@@ -133,6 +134,17 @@ def test_a_plank_on_two_blocks_bears_a_weight_between_them():
     single = {**places, "plank": Placement(PLANK.pose, ("other",))}
     assert not at_rest(workspace, {name: place for name, place in single.items() if name != "block"})
     assert pile_of("a", places) == {"a", "plank", "block", "other"}
+
+
+@pytest.mark.parametrize(("x", "needed"), [(0.0, ("q",)), (-0.1, ("p", "r")), (0.1, ("q", "r"))])
+def test_a_plank_needs_no_more_blocks_than_hold_it_with_what_it_carries(x, needed):
+    at = {"p": -0.1, "q": 0.0, "r": 0.1}
+    blocks = [replace(BLOCK, name=name, pose=Pose((place, 0.0, 0.03))) for name, place in at.items()]
+    weight = Object("weight", Box((0.03, 0.03, 0.06)), Pose((x, 0.0, 0.11)), mass=1.0)
+    workspace = workspace_of(*blocks, PLANK, weight, on={"plank": ("p", "q", "r"), "weight": ("plank",)})
+    assert needed_below(workspace, "plank", bool) == needed
+    assert needed_below(workspace, "weight", bool) == ("plank",)
+    assert needed_below(workspace, "plank", {"q", "weight"}.__contains__) == ("p", "r")
 
 
 def test_a_part_of_the_scene_is_not_judged():
