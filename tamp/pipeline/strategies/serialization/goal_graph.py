@@ -38,26 +38,31 @@ def under_goal(workspace: Workspace, name: str) -> list[str]:
     return [lower for lower in _all_below(workspace.goals, name) if lower in workspace.goals]
 
 
-def nearly_there(workspace: Workspace, name: str) -> bool:
+def nearly_there(workspace: Workspace, name: str, *, slid: bool = False) -> bool:
     """Whether an object is as near to its goal pose as a solved task asks, on supports that are at theirs.
 
     It may touch other objects besides, and the table once it bears all that it shall: what has tilted down to that does
     not bear what comes next.
+
+    Args:
+        workspace: where all is.
+        name: the object.
+        slid: whether it may also lie beside what it shall rest on, if that is at its own goal.
     """
-    if not _near(workspace, name):
+    if not _near(workspace, name, slid=slid):
         return False
     tilted_down = TABLE in {*workspace.start[name].on} - {*workspace.goals[name].on}
     at_theirs = all(workspace.start[lower] == workspace.goals[lower] for lower in goal_supports(workspace, name))
     return at_theirs and not (tilted_down and not _bears_all(workspace, name))
 
 
-def _near(workspace: Workspace, name: str) -> bool:
+def _near(workspace: Workspace, name: str, *, slid: bool = False) -> bool:
     """The same wherever its supports are."""
     obj, here = workspace.task.object(name), workspace.start[name]
     if not isinstance(obj.goal, At):
         return False
     near = ede(mean_edge(obj.shape), here.pose, obj.goal.pose) <= SOLVED_WITHIN_M
-    return near and {*here.on} >= {*workspace.goals[name].on}
+    return near and (slid or {*here.on} >= {*workspace.goals[name].on})
 
 
 def _bears_all(workspace: Workspace, name: str) -> bool:

@@ -66,11 +66,14 @@ class Ledger:
         self.reached.add(name)
 
     def reach_near(self, names: Sequence[str]) -> bool:
-        """Let objects that cannot be brought nearer count as there if their goals are near; others may rest on them."""
+        """Let objects that cannot be brought nearer count as there if their goals are near; others may rest on them.
+
+        What is unsteady may have slid off what it shall rest on.
+        """
         before = len(self.left)
         for name in supports_first(self.asker.workspace, names):
             workspace = self.asker.workspace
-            if nearly_there(workspace, name):
+            if nearly_there(workspace, name, slid=name in self.unsteady):
                 progress = self.asker.progress
                 progress.now = replace(progress.now, workspace=left_at(workspace, name))
                 self.reach(name)
