@@ -64,14 +64,34 @@ def learn_refused(workspace: Workspace, obj: str, placement: Placement, let_go: 
     workspace.cache.learn(("refused", let_go, _pile_key(workspace, obj, placement)), True)
 
 
+def learn_jolts(workspace: Workspace, obj: str, placement: Placement, let_go: Pose) -> None:
+    """Let an object not fall so far, or farther, onto the same things anywhere: what stands on them would not stay."""
+    drop = min(let_go.xyz[2] - placement.pose.xyz[2], _jolting_drop(workspace, obj, placement))
+    workspace.cache.learn(_jolt_key(workspace, obj, placement), drop)
+
+
 def refused(workspace: Workspace, obj: str, placement: Placement, let_go: Pose) -> bool:
     """Whether a fall from a pose to a placement is known to upset something."""
+    if let_go.xyz[2] - placement.pose.xyz[2] > _jolting_drop(workspace, obj, placement) - SAME_HEIGHT:
+        return True
     return workspace.cache.value(("refused", let_go, _pile_key(workspace, obj, placement)), lambda: False)
 
 
 def _too_high(workspace: Workspace, obj: str, placement: Placement) -> float:
     """The height from which an object is known to upset the pile that it falls onto [m]; endless where none is."""
-    return workspace.cache.value(_pile_key(workspace, obj, placement), lambda: math.inf)
+    jolting = placement.pose.xyz[2] + _jolting_drop(workspace, obj, placement)
+    return min(jolting, workspace.cache.value(_pile_key(workspace, obj, placement), lambda: math.inf))
+
+
+def _jolting_drop(workspace: Workspace, obj: str, placement: Placement) -> float:
+    """How far an object is known to fall where what stands beside it then does not stay [m]; endless where none is."""
+    return workspace.cache.value(_jolt_key(workspace, obj, placement), lambda: math.inf)
+
+
+def _jolt_key(workspace: Workspace, obj: str, placement: Placement) -> Hashable:
+    """An object, what it falls onto, and where the others in that pile stand."""
+    pile = pile_at(obj, {**workspace.start, obj: placement})
+    return "jolts", obj, placement.on, tuple(pair for pair in pile if pair[0] != obj)
 
 
 def _pile_key(workspace: Workspace, obj: str, placement: Placement) -> Hashable:

@@ -10,7 +10,15 @@ from hypothesis import strategies as st
 from tamp.checking.actions.fall import check_fall
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
-from tamp.streams.affordances.falls import HEIGHTS, drops, learn_too_high, letting_go, may_fall
+from tamp.streams.affordances.falls import (
+    HEIGHTS,
+    drops,
+    learn_jolts,
+    learn_too_high,
+    letting_go,
+    may_fall,
+    refused,
+)
 from tamp.streams.grasping.sampler import sample_grasp
 from tamp.streams.hand.finger_closing import between_pads
 from tamp.streams.motion.inverse_kinematics import handlings, inverse_kinematics
@@ -195,6 +203,17 @@ def test_what_is_learnt_of_a_fall_holds_for_it_and_higher_ones_while_the_pile_st
     assert [fall[0].xyz[2] for fall in drops(fresh, "block", goal)] == heights[:2]
     elsewhere = replace(goal, pose=Pose((goal.pose.xyz[0] + 0.001, *goal.pose.xyz[1:])))
     assert len(drops(fresh, "block", elsewhere)) > 2
+
+
+def test_what_would_not_stay_beside_it_bars_falls_from_as_high_to_places_near_by_too():
+    workspace = inside()
+    goal = workspace.goals["block"]
+    elsewhere = replace(goal, pose=Pose((goal.pose.xyz[0] + 0.001, *goal.pose.xyz[1:])))
+    least = [fall[0].xyz[2] for fall in drops(workspace, "block", elsewhere)][:2]
+    learn_jolts(workspace, "block", goal, raised(goal.pose, HEIGHTS[2]))
+    assert [fall[0].xyz[2] for fall in drops(workspace, "block", elsewhere)] == least
+    assert refused(workspace, "block", elsewhere, raised(elsewhere.pose, HEIGHTS[3]))
+    assert not refused(workspace, "block", elsewhere, raised(elsewhere.pose, HEIGHTS[1]))
 
 
 def raised(pose, height):

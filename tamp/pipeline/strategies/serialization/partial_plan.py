@@ -25,7 +25,7 @@ from tamp.planning import GroundAction, Problem
 from tamp.scoring.ede import ede, mean_edge
 from tamp.scoring.total_error import shortfall
 from tamp.speculation import presumed
-from tamp.streams.affordances.falls import learn_refused, learn_too_high
+from tamp.streams.affordances.falls import learn_jolts, learn_refused, learn_too_high
 from tamp.streams.affordances.stack_balance import learn_upset
 from tamp.streams.motion.handling_contacts import learn_disturbed, learn_refused_beside
 from tamp.streams.pushing.push_motion import learn_refused_push
@@ -338,6 +338,8 @@ class Progress:
                 learn_upset(workspace, name, then)
             elif isinstance(way, Handling):
                 _learn_fall(workspace, way)
+                if wrong.bodies[:1] != (name,):
+                    learn_jolts(workspace, name, way.placement, way.let_go)
 
     def _learn_astray(self, astray: Astray, solution: Sequence[GroundAction]) -> None:
         """Let no question end again with an object let go where a simulator has it come down elsewhere.
