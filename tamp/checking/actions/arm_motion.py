@@ -78,44 +78,55 @@ def check_move(
     found = seen or look(scene, move, state.held or move.pushed, allow.step)
     if found is None:
         report("limits", TOO_WILD.format(move.phase))
-    elif state.held is not None:
-        _check_load(scene, state.held.object, move, found, report)
-        loosened = [*dynamics.loosened(scene, state.held, move, found.times)]
-        if state.hold is not None and not loosened:
-            loosened += dynamics.squeezed_off(scene, state.held, state.hold, move, found.times)
-        for sentence in (*loosened, *dynamics.pried_open(scene, state.held, move, found.times)):
-            report("grasp", sentence, bodies=(state.held.object,))
-    met = set[str]()
-    pressed = [] if found is None else pressing(scene, state, move, found, allow)
-    for touch in [] if found is None else touches(pressed, found.swing):
-        met.update(touch.bodies)
-        after = 0.0 if found is None else float(found.times[touch.sample])
-        report("collision", sentence_of(touch), bodies=touch.bodies, depth=touch.depth, after=after)
-    in_truth = [] if found is None else astray(scene, state, move, found, taken, allow)
-    grazed = pressed if found is None else [*pressed, *grazing(in_truth, found)]
-    for link, name in _rubbing(state, grazed, met, allow):
-        report("collision", f"{link} presses on {name} as it slides over it, and takes it along", bodies=(link, name))
-    over = () if found is None else pushed_over(scene, state, grazed, met, found.times, allow)
-    for link, name in dict.fromkeys(over):
-        report("collision", f"{link} pushes {name}, which rolls or tips over", bodies=(link, name))
-    for still, mover in () if found is None else sorted({touch.bodies for touch in touches(in_truth, found.swing)}):
-        link, name = (mover, still) if still in state.stayed else (still, mover)
-        where = "which is where the task has it, pads turned it, it was let go or gave way, not where the plan says"
-        report("collision", f"{link} meets {name}, {where}", bodies=(link, name))
-    for name in sorted(set() if found is None else _squeezed(scene, state, move, found) - met):
-        report("collision", f"the hand closes round {name} as it moves, tighter than that is wide", bodies=(name,))
-    for name in () if found is None else _dragged_over(scene, state, move, found, allow):
-        report("collision", f"what is held is dragged over {name}, which would come along", bodies=(name,))
-    for held, name in () if found is None else _wedged(scene, state, move, found, allow):
-        report(
-            "collision", f"{held} is wedged in {name}, and slides neither out of it nor into it", bodies=(held, name)
-        )
+    else:
+        if state.held is not None:
+            _check_hold(scene, state, state.held, move, found, report)
+        _check_contacts(scene, state, move, found, taken, allow, report)
     began, state.q = state.q, move.trajectory.positions[-1]
     if state.held is None or state.opening is None:
         state.opening = move.opening  # what is held keeps the fingers where they are: noise does not add up
     state.time += move.trajectory.duration
     _carry(scene, state, began)
     _let_follow(scene, state, allow)
+
+
+def _check_hold(scene: Scene, state: State, held: Attachment, move: Move, found: Looks, report: Report) -> None:
+    """Report why the fingers would not hold an object on its way: its weight, its inertia, or what pries them open."""
+    _check_load(scene, held.object, move, found, report)
+    loosened = [*dynamics.loosened(scene, held, move, found.times)]
+    if state.hold is not None and not loosened:
+        loosened += dynamics.squeezed_off(scene, held, state.hold, move, found.times)
+    for sentence in (*loosened, *dynamics.pried_open(scene, held, move, found.times)):
+        report("grasp", sentence, bodies=(held.object,))
+
+
+def _check_contacts(
+    scene: Scene, state: State, move: Move, found: Looks, taken: Mover | None, allow: Tolerances, report: Report
+) -> None:
+    """Report what a motion meets, and what it presses on, pushes, squeezes, drags over or wedges within tolerance."""
+    met = set[str]()
+    pressed = pressing(scene, state, move, found, allow)
+    for touch in touches(pressed, found.swing):
+        met.update(touch.bodies)
+        after = float(found.times[touch.sample])
+        report("collision", sentence_of(touch), bodies=touch.bodies, depth=touch.depth, after=after)
+    in_truth = astray(scene, state, move, found, taken, allow)
+    grazed = [*pressed, *grazing(in_truth, found)]
+    for link, name in _rubbing(state, grazed, met, allow):
+        report("collision", f"{link} presses on {name} as it slides over it, and takes it along", bodies=(link, name))
+    for link, name in dict.fromkeys(pushed_over(scene, state, grazed, met, found.times, allow)):
+        report("collision", f"{link} pushes {name}, which rolls or tips over", bodies=(link, name))
+    for still, mover in sorted({touch.bodies for touch in touches(in_truth, found.swing)}):
+        link, name = (mover, still) if still in state.stayed else (still, mover)
+        where = "which is where the task has it, pads turned it, it was let go or gave way, not where the plan says"
+        report("collision", f"{link} meets {name}, {where}", bodies=(link, name))
+    for name in sorted(_squeezed(scene, state, move, found) - met):
+        report("collision", f"the hand closes round {name} as it moves, tighter than that is wide", bodies=(name,))
+    for name in _dragged_over(scene, state, move, found, allow):
+        report("collision", f"what is held is dragged over {name}, which would come along", bodies=(name,))
+    for held, name in _wedged(scene, state, move, found, allow):
+        sentence = f"{held} is wedged in {name}, and slides neither out of it nor into it"
+        report("collision", sentence, bodies=(held, name))
 
 
 def _check_load(scene: Scene, name: str, move: Move, found: Looks, report: Report) -> None:
