@@ -16,69 +16,89 @@ from tamp.planning.model.objects import Fact
 from tamp.planning.model.stream_instances import Instance
 
 
-def reachable(
-    state: dict[Fact, None], operators: list[GroundOperator], axioms: list[GroundAxiom], knowledge: Knowledge
-) -> tuple[set[Fact], list[GroundOperator], dict[Fact, list[Body]]]:
-    """Atoms, operators and axiom bodies that can be reached when deletes are ignored."""
-    waiting: dict[Fact, list[tuple[object, int]]] = {}
-    missing: list[int] = []
-    things: list[tuple[str, object]] = []
-    queue: list[Fact] = list(state)
-    reached = set(state)
-    live: list[int] = []
-    static_true = {f for a in axioms for f in a.positive if knowledge.usable(f)}
-    static_true |= {f for op in operators for f in op.positive if knowledge.usable(f)}
+class _Relaxation:
+    """Delete relaxation, by counters of the preconditions that are not reached yet (Dowling and Gallier 1984).
 
-    def reach(fact: Fact) -> None:
-        if fact not in reached:
-            reached.add(fact)
-            queue.append(fact)
+    Attributes:
+        reached: the atoms reached by now.
+        live: the operators and axioms whose preconditions are all reached.
+    """
 
-    def fire(index: int) -> None:
-        kind, thing = things[index]
-        if kind == "operator":
-            live.append(index)
-        elif kind == "axiom":
-            live.append(index)
-            reach(thing.head)  # type: ignore[attr-defined]
-        else:
-            reach(thing.atom)  # type: ignore[attr-defined]
+    def __init__(self, atoms: Iterable[Fact]) -> None:
+        self.reached = set[Fact]()
+        self.live: list[GroundOperator | GroundAxiom] = []
+        self._queue: list[Fact] = []
+        self._things: list[GroundOperator | GroundAxiom | GroundEffect] = []
+        self._missing: list[int] = []
+        self._waiting: dict[Fact, list[int]] = {}
+        for atom in atoms:
+            self._reach(atom)
 
-    ready: list[int] = []
-
-    def watch(kind: str, thing: object, needed: tuple[Fact, ...]) -> None:
-        index = len(things)
-        things.append((kind, thing))
-        needed = tuple(dict.fromkeys(needed))
-        missing.append(len(needed))
+    def add(self, thing: GroundOperator | GroundAxiom | GroundEffect, needed: Iterable[Fact]) -> None:
+        """Have an operator, an axiom or an effect fire once all atoms that it needs are reached."""
+        index, needed = len(self._things), dict.fromkeys(needed)
+        self._things.append(thing)
+        self._missing.append(len(needed))
         for fact in needed:
-            waiting.setdefault(fact, []).append((thing, index))
-        if not needed:
-            ready.append(index)
+            self._waiting.setdefault(fact, []).append(index)
 
-    for fact in static_true:
-        reach(fact)
+    def run(self) -> None:
+        """Reach all that can be reached; `live` is in the order in which things were added."""
+        fired = [index for index, count in enumerate(self._missing) if not count]
+        for index in fired:
+            self._fire(index)
+        while self._queue:
+            for index in self._waiting.get(self._queue.pop(), ()):
+                self._missing[index] -= 1
+                if self._missing[index] == 0:
+                    fired.append(index)
+                    self._fire(index)
+        things = (self._things[index] for index in sorted(fired))
+        self.live = [thing for thing in things if not isinstance(thing, GroundEffect)]
+
+    def _reach(self, fact: Fact) -> None:
+        if fact not in self.reached:
+            self.reached.add(fact)
+            self._queue.append(fact)
+
+    def _fire(self, index: int) -> None:
+        thing = self._things[index]
+        if isinstance(thing, GroundAxiom):
+            self._reach(thing.head)
+        elif isinstance(thing, GroundEffect):
+            self._reach(thing.atom)
+
+
+def reachable(
+    state: Iterable[Fact], operators: list[GroundOperator], axioms: list[GroundAxiom], knowledge: Knowledge
+) -> tuple[set[Fact], list[GroundOperator], dict[Fact, list[Body]]]:
+    """What can be reached when deletes are ignored.
+
+    Args:
+        state: the atoms that hold at first.
+        operators: all that there are.
+        axioms: all that there are.
+        knowledge: static facts hold as far as it has them usable.
+
+    Returns:
+        The atoms, the operators in the order given, and for each head of axioms the bodies that are reached.
+    """
+    static = {f for axiom in axioms for f in axiom.positive if knowledge.usable(f)}
+    static |= {f for op in operators for f in op.positive if knowledge.usable(f)}
+    relaxed = _Relaxation((*state, *static))
     for op in operators:
-        watch("operator", op, op.positive)
+        relaxed.add(op, op.positive)
         for effect in op.effects:
             if effect.adds:
-                watch("effect", effect, op.positive + effect.positive)
+                relaxed.add(effect, op.positive + effect.positive)
     for axiom in axioms:
-        watch("axiom", axiom, axiom.positive)
-    for index in ready:
-        fire(index)
-    while queue:
-        for _, index in waiting.get(queue.pop(), ()):
-            missing[index] -= 1
-            if missing[index] == 0:
-                fire(index)
-    live.sort()
+        relaxed.add(axiom, axiom.positive)
+    relaxed.run()
     bodies: dict[Fact, list[Body]] = {}
-    for index in live:
-        thing = things[index][1]
+    for thing in relaxed.live:
         if isinstance(thing, GroundAxiom):
             bodies.setdefault(thing.head, []).append((thing.positive, thing.negative))
-    return reached, [thing for i in live if isinstance(thing := things[i][1], GroundOperator)], bodies
+    return relaxed.reached, [thing for thing in relaxed.live if isinstance(thing, GroundOperator)], bodies
 
 
 HOPED = "@hoped"
@@ -155,26 +175,15 @@ class TaskBuilder:
         scope: Scope = EVERYTHING,
     ) -> GroundTask:
         """The task of this moment, as far as a search may look; unreachable operators are left out."""
-        knowledge, novel, sure = self._knowledge, scope.novel, scope.sure
+        knowledge, hidden = self._knowledge, self._moves.fluent
         self._note_certain(operators, axioms)
-        if scope.among is not None:
-            operators = [op for op in operators if op in scope.among]
-        if sure:
-            operators = [op for op in operators if op.certain or self._is_sure(op.static, op.binding.values())]
-            axioms = [axiom for axiom in axioms if axiom.certain or self._is_sure(axiom.static, axiom.head[1:])]
-        given = [*knowledge.state, *(() if sure else knowledge.hoped_state())]
-        hidden = self._moves.fluent
+        given = [*knowledge.state, *(() if scope.sure else knowledge.hoped_state())]
         state = dict.fromkeys(fact for fact in given if fact[0] != hidden)
-        usable = [op for op in operators if op.certain or self._is_usable(op)]
-        usable = [self._in_effect(op) for op in usable if not self._forbidden(op.schema.name, op.args)]
-        if self._frozen:
-            usable = [op for op in usable if not any(self._thaws(effect) for effect in op.effects)]
-        if novel:
-            usable = [op for op in usable if not any(instance.failures for instance in op.needs)]
+        usable = self._usable(operators, scope)
         hopes: dict[Fact, Instance] = {}
-        valid = [axiom for axiom in axioms if axiom.certain or self._holds(axiom.static, axiom.absent)]
+        valid = self._valid(axioms, scope)
         # Where there may well be no plan, as in a novel search, each price would double what must be searched.
-        valid = self._surest(valid) if novel else [a if a.certain else self._priced(a, hopes) for a in valid]
+        valid = self._surest(valid) if scope.novel else [a if a.certain else self._priced(a, hopes) for a in valid]
         reached, live, bodies = reachable({**state, **dict.fromkeys(hopes)}, usable, valid, knowledge)
         moving = self._moves.over(live, given, goal[0], scope.pairs) if scope.moves else Moves()
         reached.update(fact for group in moving.groups for fact in group)
@@ -210,6 +219,26 @@ class TaskBuilder:
         begun |= {(PLACE, "done") for start in self._course.starts if self._course.done(start)}
         initial = frozenset(i for i, f in enumerate(atoms) if f in state or f in begun or f in moving.initial)
         return GroundTask(atoms, initial, *wanted, tuple(made), tuple(defined), groups)
+
+    def _usable(self, operators: Iterable[GroundOperator], scope: Scope) -> list[GroundOperator]:
+        """The operators that a search may use, with those of their effects that may take place."""
+        if scope.among is not None:
+            operators = [op for op in operators if op in scope.among]
+        if scope.sure:
+            operators = [op for op in operators if op.certain or self._is_sure(op.static, op.binding.values())]
+        usable = [op for op in operators if op.certain or self._is_usable(op)]
+        usable = [self._in_effect(op) for op in usable if not self._forbidden(op.schema.name, op.args)]
+        if self._frozen:
+            usable = [op for op in usable if not any(self._thaws(effect) for effect in op.effects)]
+        if scope.novel:
+            usable = [op for op in usable if not any(instance.failures for instance in op.needs)]
+        return usable
+
+    def _valid(self, axioms: Iterable[GroundAxiom], scope: Scope) -> list[GroundAxiom]:
+        """The axioms whose static facts may hold, or in a sure search are known to."""
+        if scope.sure:
+            axioms = [axiom for axiom in axioms if axiom.certain or self._is_sure(axiom.static, axiom.head[1:])]
+        return [axiom for axiom in axioms if axiom.certain or self._holds(axiom.static, axiom.absent)]
 
     def _priced(self, axiom: GroundAxiom, hopes: dict[Fact, Instance]) -> GroundAxiom:
         """An axiom that wants the price paid of each test that it hopes for: axioms themselves cost nothing.
