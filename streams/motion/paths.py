@@ -16,17 +16,20 @@ from tamp.streams.motion.payload import load_aware
 from tamp.streams.values import ArmPath, Configuration, Grasp
 from tamp.streams.workspace import Workspace, standing
 from tamp.task import Pose
+from tamp.world.motion.paths import RESOLUTION, densify
 from tamp.world.scene import Scene
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from tamp.world.motion.planner import MotionResult
+    from tamp.world.motion.paths import Touching
+    from tamp.world.motion.planner import KnownChecker, MotionResult
     from tamp.world.world import World
 
 RECHECK = 0.01  # paths are rechecked this finely, so that little is lost of the margin in between [rad]
 ITERATIONS = 3000  # a query that OMPL has not answered by then is given up for this state
-ROOM = 0.01  # what is held keeps so far from all else where that is easy: it may slip in the fingers [m]
+ROOM = 0.01  # what is held keeps so far from all else where that is easy: it may slip in the fingers [m] ...
+ENDS = 0.5  # ... but where the arm is so near to one end of its way: there it may stand closer [rad]
 EASY = 300  # iterations in which that is found, or not sought any longer
 PRESSED = 0.0008  # where the arm stands no deeper in something, it may still draw back [m]
 SPARED = 0.0001  # of the distance at such a start, in which rounding may make a difference [m]
@@ -50,6 +53,43 @@ def kept_from(world: World, scene: Scene, start: NDArray[np.float64], margin: fl
     if checker.free(start) or (distance := checker.distance(start)) < -PRESSED:
         return margin
     return distance - SPARED
+
+
+class RoomyChecker:
+    """A collision check in which what is held keeps farther away from all else than it must, but near the ends.
+
+    Args:
+        tight: the check of what must be kept clear.
+        roomy: the same with more room.
+        ends: where the way begins and where it ends, shape (dof,) each [rad].
+    """
+
+    def __init__(self, tight: KnownChecker, roomy: KnownChecker, ends: Sequence[NDArray[np.float64]]) -> None:
+        self._tight, self._roomy, self._ends = tight, roomy, ends
+        self.robot = tight.robot
+
+    @property
+    def fingerprint(self) -> bytes:
+        """Equal for checkers that answer every question alike."""
+        return self._tight.fingerprint + self._roomy.fingerprint + b"".join(q.tobytes() for q in self._ends)
+
+    def free(self, q: NDArray[np.float64]) -> bool:
+        """Whether a configuration, shape (dof,), is free."""
+        return self._there(q).free(q)
+
+    def edge_free(self, q0: NDArray[np.float64], q1: NDArray[np.float64], resolution: float = RESOLUTION) -> bool:
+        """The same of all of a straight edge."""
+        if self._roomy.edge_free(q0, q1, resolution):
+            return True
+        return all(map(self.free, densify(np.array([q0, q1]), resolution)))
+
+    def contact(self, q: NDArray[np.float64]) -> Touching | None:
+        """Two bodies in contact, or None where there are none."""
+        return self._there(q).contact(q)
+
+    def _there(self, q: NDArray[np.float64]) -> KnownChecker:
+        near = any(float(np.linalg.norm(q - end)) < ENDS for end in self._ends)
+        return self._tight if near else self._roomy
 
 
 def plan_holding_motion(
@@ -137,7 +177,11 @@ def _path(
     ends = np.asarray(start.q), np.asarray(goal.q)
     seed = int(context.rng.integers(2**31))
     for held_margin, iterations in efforts:
-        checker = load_aware(workspace, scene, workspace.world.checker(scene, margin=margin, held_margin=held_margin))
+        tight, roomy = (
+            load_aware(workspace, scene, workspace.world.checker(scene, margin=margin, held_margin=held))
+            for held in (min(margin, held_margin), held_margin)
+        )
+        checker = RoomyChecker(tight, roomy, ends) if held_margin > margin else tight
         budget = max(context.deadline - clock.now(), 0.0)
         result = workspace.world.motions.plan(
             checker, *ends, seed=seed, timeout=budget, iterations=iterations, recheck=RECHECK
