@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics
-from tamp.streams.motion.paths import plan_free_motion, plan_holding_motion
+from tamp.streams.motion.paths import ENDS, plan_free_motion, plan_holding_motion
 from tamp.streams.values import Configuration, Grasp, Placement
 from tamp.task import Box, Object, Pose
+from tamp.world.motion.paths import densify
 from tamp.world.scene import Scene
 from tests.streams.tables import CUBE, RED, ToldContext, at, panda, workspace_of
 
@@ -89,8 +90,12 @@ def test_what_is_held_comes_nearer_where_it_has_to(walled, ends):
     beside = Pose((lifted[0, 3] + half + 0.005, lifted[1, 3], lifted[2, 3]))
     scene = Scene({"cube": beside.matrix}).attached("red", T_tool_object, 0.05)
     assert walled.world.checker(scene, held_margin=0.01).contact(np.array(start.q)) is not None
-    context = ToldContext(walled, fluents=(at("cube", Placement(beside, ("table",))),))
-    assert list(plan_holding_motion(context, "red", FROM_ABOVE, start, goal))
+    spacious = Scene({"cube": beside.matrix, "wall": WALL.pose.matrix}).attached("red", T_tool_object, 0.05)
+    for seed in range(6):  # and only there
+        fluents = (at("cube", Placement(beside, ("table",))), *facts(walled, "wall"))
+        (path,) = plan_holding_motion(ToldContext(walled, seed, fluents=fluents), "red", FROM_ABOVE, start, goal)
+        away = [q for q in densify(path.points) if min(np.linalg.norm(q - np.array(end.q)) for end in ends) > ENDS]
+        assert away and all(map(walled.world.checker(spacious, held_margin=0.009).free, away))
 
 
 def test_what_is_held_is_not_in_its_own_way(walled, ends):
