@@ -116,12 +116,12 @@ def match(
     args: Sequence[int],
     bindings: Bindings,
     objects: Objects,
-    hopeful: bool,
+    optimistic: bool,
     groups: Groups | None = None,
 ) -> Bindings | None:
     """The bindings under which an action fits a pattern; None where it does not.
 
-    With `hopeful`, a placeholder may turn out to be any object.
+    With `optimistic`, a placeholder may turn out to be any object.
     """
     if name != str(pattern[0]).lower():
         return None
@@ -130,14 +130,14 @@ def match(
         if wanted is ...:
             continue
         if groups and is_name(wanted, groups):
-            if (objects.is_real(arg) or not hopeful) and arg not in map(objects.find, groups[wanted]):
+            if (objects.is_real(arg) or not optimistic) and arg not in map(objects.find, groups[wanted]):
                 return None
             if not is_variable(wanted):
                 continue
         known = found.setdefault(wanted, arg) if is_variable(wanted) else objects.find(wanted)
         if known == arg:
             continue
-        if not (hopeful and not (objects.is_real(arg) and (known is None or objects.is_real(known)))):
+        if not (optimistic and not (objects.is_real(arg) and (known is None or objects.is_real(known)))):
             return None
         if is_variable(wanted) and objects.is_real(arg):
             found[wanted] = arg
@@ -206,7 +206,7 @@ class Course:
         """Whether a plan may end here."""
         return progress.place == len(self._patterns[progress.number])
 
-    def after(self, progress: Progress, name: str, args: Sequence[int], hopeful: bool) -> Iterator[Progress]:
+    def after(self, progress: Progress, name: str, args: Sequence[int], optimistic: bool) -> Iterator[Progress]:
         """Where an action may lead; nowhere where it does not follow the skeleton.
 
         Variables that no later pattern has are forgotten: else there would be a way for each combination of all values.
@@ -215,7 +215,7 @@ class Course:
         if self._gaps[progress.number][place] or name in self._filled_in[progress.number]:
             yield progress
         if place < len(patterns):
-            found = match(patterns[place], name, args, progress.bindings, self._objects, hopeful, self._groups)
+            found = match(patterns[place], name, args, progress.bindings, self._objects, optimistic, self._groups)
             if found is not None:
                 later = self._later[progress.number][place + 1]
                 kept = tuple(binding for binding in found if binding[0] in later)

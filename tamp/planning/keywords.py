@@ -116,7 +116,7 @@ WITHOUT_MEANING: Mapping[str, tuple[tuple[Any, ...], str]] = {
     "debug": ((False,), "solution.report says what was tried and what failed"),
     "clean": ((True, False), ""),
     "temp_dir": ((None,), _NO_FILES),
-    "use_unique": ((False,), "each stream instance has values of its own to hope for"),
+    "use_unique": ((False,), "each stream instance has placeholders of its own"),
     "retain_facts": ((True,), "what streams gave is kept from one goal to the next"),
     "subgoal_horizon": ((1,), "the whole domain is planned with at once"),
     "use_probabilities": ((False,), _ONE_PLAN),

@@ -58,7 +58,7 @@ class Options:
         every_stream: whether also streams are called whose promises no plan needs, as some certify more.
         tame: streams of which it is known that they certify no more than they promise.
         shorten: whether plans are improved on for a moment also where all actions cost the same.
-        hopes: whether the search may hope for what streams have not given yet, also with algorithm "incremental".
+        optimistic: whether the search may assume what streams have not given yet, also with algorithm "incremental".
         constraints: what plans must look like.
         reuse: what to keep of an earlier plan.
 
@@ -79,7 +79,7 @@ class Options:
     every_stream: bool = False
     tame: frozenset[str] = frozenset()
     shorten: bool = False
-    hopes: bool = False
+    optimistic: bool = False
     constraints: Constraints = field(default_factory=Constraints)
     reuse: Reuse | None = None
 

@@ -112,7 +112,7 @@ class StreamInfo:
         bound: what a function is assumed to return before it was called, a lower bound.
         overhead: the cost by its name in PDDLStream; None for what `cost` says.
         opt_gen_fn, use_unique, negate, effort, effort_fn, estimate, simultaneous, verbose, defer_fn: accepted for
-            PDDLStream's sake, and without effect, as a warning says where it matters: what is hoped for needs no value
+            PDDLStream's sake, and without effect, as a warning says where it matters: a placeholder needs no value
             here and belongs to one instance, every test may be planned with negated, efforts are learnt, and a plan is
             bound as a whole, where PDDLStream puts off what comes after one of its `replan_actions`.
     """

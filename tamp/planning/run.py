@@ -178,7 +178,7 @@ class PlanningRun:
             now, brought = self._committed[-1], list(before.knowledge.brought)
             state = (*now.state, *_values(before, brought[now.brought :]))
             known = Known(_values(before, before.knowledge.real), state, _values(before, brought))
-        eager = self.settings.algorithm == "incremental" and not options.hopes
+        eager = self.settings.algorithm == "incremental" and not options.optimistic
         session = Session(problem, options, self._search, eager, started)
         session.on_better = improve
         session.freeze(frozenset(map(session.objects.intern, frozen)))

@@ -144,8 +144,8 @@ def test_placeholders_may_be_anything():
     objects = Objects()
     a, hash_1 = objects.intern("a"), objects.placeholder("#1", object())
     course = Course(Constraints(skeleton=(("on", "?x", "b"), ("off", "?x", ...))), objects, frozenset())
-    assert list(course.after(Progress(), "on", (a, hash_1), hopeful=True)) == [Progress(1, (("?x", a),))]
-    assert list(course.after(Progress(), "on", (a, hash_1), hopeful=False)) == []
+    assert list(course.after(Progress(), "on", (a, hash_1), optimistic=True)) == [Progress(1, (("?x", a),))]
+    assert list(course.after(Progress(), "on", (a, hash_1), optimistic=False)) == []
 
 
 def test_variables_that_come_no_more_are_forgotten():
@@ -156,9 +156,9 @@ def test_variables_that_come_no_more_are_forgotten():
     course = Course(Constraints(skeleton=chain), objects, frozenset())
     at = set(course.starts)
     for _ in chain[:-1]:
-        at = {p for b in at for x in places for y in places for p in course.after(b, "walk", (x, y), hopeful=False)}
+        at = {p for b in at for x in places for y in places for p in course.after(b, "walk", (x, y), optimistic=False)}
         assert len(at) == len(places)
-    ends = [p for b in at for x in places for y in places for p in course.after(b, "walk", (x, y), hopeful=False)]
+    ends = [p for b in at for x in places for y in places for p in course.after(b, "walk", (x, y), optimistic=False)]
     assert set(ends) == {Progress(8)} and len(ends) == len(places) ** 2
 
 

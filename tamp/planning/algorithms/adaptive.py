@@ -12,11 +12,11 @@ from tamp.planning.options import Ended, Restart
 from tamp.planning.search.best_first import SearchResult
 
 AHEAD = 6
-"""How many streams in a row may be hoped for before any sampling; afterwards chains without end must wait for it."""
+"""How many streams in a row may be assumed before any sampling; afterwards chains without end must wait for it."""
 
 
-HOPEFUL, SOBER = 4, 2
-"""Plans under hopes that may fail before real values alone have a turn, and then between two such turns."""
+OPTIMISTIC, SOBER = 4, 2
+"""Optimistic plans that may fail before real values alone have a turn, and then between two such turns."""
 
 FIRST_LOOK = 4
 """Rounds of sampling before streams that no plan seems to need are called as well; again after twice as many."""
@@ -29,7 +29,7 @@ GIVEN_UP = 8
 
 
 def adaptive(session: Session) -> None:
-    """Search under hopes, bind, learn; skeletons that failed get another turn with a growing budget.
+    """Search over optimistic facts, bind, learn; skeletons that failed get another turn with a growing budget.
 
     A turn of the search costs little, so each iteration searches with all that was learnt; a skeleton that comes out
     again is bound with twice the budget. Every few failures an old skeleton has a turn, so that each is tried again
@@ -54,49 +54,49 @@ def _search_and_bind(session: Session, revisit: int) -> None:
     while True:
         skeleton = _next_skeleton(session)
         if skeleton is None:
-            if failures >= HOPEFUL:
+            if failures >= OPTIMISTIC:
                 sobriety.catch_up()
             continue
         _bind(session, skeleton, budget)
         failures += 1
         if failures % revisit == 0:
             _bind_oldest(session, skeleton, budget)
-        if (failures >= HOPEFUL and (failures - HOPEFUL) % SOBER == 0) or sobriety.overdue:
+        if (failures >= OPTIMISTIC and (failures - OPTIMISTIC) % SOBER == 0) or sobriety.overdue:
             sobriety.take_turn()
 
 
 class Sobriety:
     """Turns of real values alone: draw from every stream, and search after each round, as `incremental` does.
 
-    Where tests mostly say no, as in a roadmap, each plan under hopes would fail at the next of them. Hopes and real
-    values share the work equally, so that neither costs more than twice what the other alone would.
+    Where tests mostly say no, as in a roadmap, each optimistic plan would fail at the next of them. Both kinds of
+    turns share the work equally, so that neither costs more than twice what the other alone would.
     """
 
     def __init__(self, session: Session, budget: Budget) -> None:
         self._session = session
         self._budget = budget
         self._spent = 0
-        self._learnt = True  # by plans under hopes
+        self._learnt = True  # by optimistic plans
         self._seen = False
         self._searched = self._news = 0
 
     @property
     def news(self) -> bool:
-        """Whether streams have brought facts since the last turn that nobody could hope for."""
+        """Whether streams have brought facts since the last turn that no stream promises."""
         return self._session.sampling.news > self._news
 
     @property
     def overdue(self) -> bool:
-        """Whether real values should have a turn at once: searches under hopes are dear and it had none, or of news."""
+        """Whether real values should have a turn at once: optimistic searches are dear and it had none, or of news."""
         return (not self._spent and self._session.searches.work > DEAR) or self.news
 
     def take_turn(self) -> None:
-        """At least one round, and as many as it takes to spend what hopes have spent."""
+        """At least one round, and as many as it takes to spend what optimistic searches have."""
         if self._round():
             self.catch_up()
 
     def catch_up(self) -> None:
-        """As many rounds as it takes to spend what hopes have spent."""
+        """As many rounds as it takes to spend what optimistic searches have."""
         while 2 * self._spent < self._session.work and self._round():
             pass
 
@@ -137,11 +137,11 @@ class Sobriety:
 
 
 def focused(session: Session) -> None:
-    """Search under hopes and bind with few samples, a few more as failures add up; what failed is avoided.
+    """Search over optimistic facts and bind with few samples, a few more as failures add up; what failed is avoided.
 
     Each time that samples become more, an old skeleton has a turn with them: where values are what fails, the search
     would try them in ever new combinations instead. Real values alone have their turn later than in `adaptive`, unless
-    hopes crowd the search.
+    optimistic facts crowd the search.
     """
     budget = Budget(values=2, draws=60, patience=2, jumps=400)
     sobriety = Sobriety(session, budget)
@@ -153,9 +153,9 @@ def focused(session: Session) -> None:
             failures += 1
             if failures % 8 == 0:
                 _bind_oldest(session, skeleton, budget.grown(failures // 8))
-            if failures % (SOBER if session.grounder.crowded else HOPEFUL) == 0 or sobriety.news:
+            if failures % (SOBER if session.grounder.crowded else OPTIMISTIC) == 0 or sobriety.news:
                 sobriety.take_turn()
-        elif failures >= HOPEFUL:
+        elif failures >= OPTIMISTIC:
             sobriety.catch_up()
 
 
@@ -165,13 +165,13 @@ def incremental(session: Session) -> None:
     Where tests say no to a plan, they are asked of other values as well, for as many calls as the search was worth.
     After a dear search in vain there are as many rounds as are as much work, but at most as many as before.
     Only motions that depend on the state are left to the end, as in the other algorithms. Where what optimizers
-    give for each choice alone does not do, they are asked about whole plans, which are found under hopes.
+    give for each choice alone does not do, they are asked about whole plans, which are found over optimistic facts.
 
     Raises:
         Restart: then.
     """
     budget = Budget()
-    if session.options.hopes:
+    if session.options.optimistic:
         _search_and_bind(session, revisit=4)
     while True:
         before, searching, refuted = session.searches.looking, session.searches.work, len(session.knowledge.refuted)
@@ -185,9 +185,9 @@ def incremental(session: Session) -> None:
             elif not bound:
                 session.rounds.ask_alike(refuted, most=session.searches.work - searching)
         elif result.timed_out:
-            _replace_hopes(session)
+            _replace_optimistic(session)
         elif session.optimizers and session.rounds.count:
-            raise Restart(replace(session.options, hopes=True))
+            raise Restart(replace(session.options, optimistic=True))
         else:
             _expand(session, worth=session.searches.looking - before)
 
@@ -236,7 +236,7 @@ def _next_skeleton(session: Session) -> Skeleton | None:
     if result.plan is not None:
         return session.skeleton_of(result.plan)
     if result.timed_out:
-        _replace_hopes(session)
+        _replace_optimistic(session)
     elif not _deepen(session):
         _expand(session)
     return None
@@ -260,17 +260,17 @@ def _searched(session: Session, sure: bool = False) -> SearchResult:
 
 
 def _deepen(session: Session) -> bool:
-    """Hope for one more stream in a row, unless sampling should catch up first; whether that brought anything.
+    """Assume one more stream in a row, unless sampling should catch up first; whether that brought anything.
 
-    What is hoped for is never an object that the goal names: where no fact does, only a call can bring it.
+    What is assumed is never an object that the goal names: where no fact does, only a call can bring it.
     """
     rounds = session.rounds.count
     most = min(rounds, AHEAD) if session.goal_names_unknown else AHEAD + 1 + rounds // 2
     return session.grounder.deepen(most=most, patient=True)
 
 
-def _replace_hopes(session: Session) -> None:
-    """Sample a while, after a search that took too long: fewer hopes, or the end of all streams, may make it easier.
+def _replace_optimistic(session: Session) -> None:
+    """Sample a while, after a search that took too long: fewer assumptions, or streams that end, may make it easier.
 
     Where there is a plan already, what was sampled is tried in it: a search for a cheaper one may ever take too long.
     """
@@ -296,7 +296,7 @@ def _expand(session: Session, worth: int = 0) -> None:
 
 
 def _sample(session: Session, seen: bool = False) -> bool:
-    """Draw from every stream once more, or hope for more; whether there was anything left.
+    """Draw from every stream once more, or assume more; whether there was anything left.
 
     `seen`: the search has just found a plan, so that the goal is within reach.
     """

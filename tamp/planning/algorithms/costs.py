@@ -26,7 +26,7 @@ RESOLUTION = 1e6
 """What the best plan's cost weighs in the search: costs are whole numbers there."""
 
 LIKELY = 3
-"""How many values that streams have given stand for one that is hoped for, where its price is guessed."""
+"""How many values that streams have given stand for one that is assumed, where its price is guessed."""
 
 UNKNOWN = 1.0
 """What a function is guessed to be of which no value is known."""
@@ -151,8 +151,8 @@ class Costs:
             return 1.0
         return sum(term if isinstance(term, int | float) else self._guess(str(term[0])) for term in schema.cost or ())
 
-    def of_hope(self, test: Instance) -> int:
-        """What the search pays for hoping that a test holds."""
+    def of_assumed_test(self, test: Instance) -> int:
+        """What the search pays for assuming that a test holds."""
         return 0 if self._fine else round(test.effort)
 
     def _of(self, schema: ActionSchema, binding: dict[str, int]) -> float:
@@ -245,7 +245,7 @@ class Costs:
     def _guess(self, function: str) -> float:
         """What is guessed of a function: the mean of what is known of it once there is a plan, before that the least.
 
-        Without a plan dear hopes would bar the way to one: all that matters is that more of them cost more.
+        Without a plan dear assumptions would bar the way to one: all that matters is that more of them cost more.
         """
         known = self._known.get(function)
         guess = UNKNOWN if known is None else known.total / known.number if self._fine else known.least

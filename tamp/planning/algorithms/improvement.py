@@ -117,7 +117,7 @@ def _draw_below(session: Session, enough: int, most: int) -> None:
         if calls >= most or session.searches.work >= enough or not session.rounds.expand(tests=True):
             return
         _search_below(session, enough, sure=True)
-        if not (session.costs.unit and session.eager):  # other calls are for values, or hopes have seen more
+        if not (session.costs.unit and session.eager):  # other calls are for values, or enough was seen
             return
 
 

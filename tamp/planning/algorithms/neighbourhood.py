@@ -64,7 +64,7 @@ class Neighbourhood:
                 session.rounds.ask_first((instance,), most)
 
     def operators(self) -> frozenset[GroundOperator]:
-        """Actions with its values; what is only hoped for is none, but of streams with fluents, asked in each state."""
+        """Actions with its values; what is only assumed is none, but of streams with fluents, asked in each state."""
         return frozenset(op for op in self._session.grounder.operators if self._fit(op.binding.values()))
 
     def _fit(self, values: Collection[int]) -> bool:

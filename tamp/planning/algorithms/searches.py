@@ -1,4 +1,4 @@
-"""The searches of one question: under hopes and guesses, among real values, below the cost of the best plan."""
+"""The searches of one question: over optimistic facts, among real values, below the cost of the best plan."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Searches:
         self._eager = eager
 
     def search(self, scope: Scope = EVERYTHING) -> SearchResult:
-        """Search for a plan under the hopes of this moment, and under guesses at why streams with fluents failed.
+        """Search for a plan over optimistic facts, and under guesses at why streams with fluents failed.
 
         Where guesses bar every plan, there is a search without them, if nothing else that was learnt is left out.
         Among real values there is no need to guess: the tests are asked in the states that a search comes to. Where it
@@ -63,7 +63,7 @@ class Searches:
         """
         if self._asks and (scope.sure or self._eager):
             result = self._asked()
-            if result.plan is not None or (result.proven and (scope.sure or not self._hopes_in_states)):
+            if result.plan is not None or (result.proven and (scope.sure or not self._assumed_in_states)):
                 return result
         result = self._searched_under(scope)
         partial = scope.clear or scope.arriving
@@ -77,8 +77,8 @@ class Searches:
         return self._lessons.guessed or (self._knowledge.schema.undecided and bool(self._lessons.tried))
 
     @property
-    def _hopes_in_states(self) -> bool:
-        """Whether streams give values in each state anew: they are hoped for among real values, too."""
+    def _assumed_in_states(self) -> bool:
+        """Whether streams give values in each state anew: they are assumed among real values, too."""
         return any(external.fluents and external.outputs for external in self._knowledge.schema.externals.values())
 
     def _asked(self, most: float = math.inf) -> SearchResult:
@@ -90,7 +90,7 @@ class Searches:
         return result
 
     def _searched_under(self, scope: Scope) -> SearchResult:
-        """One search, or two where there are no hopes, but moves that are left out of the search."""
+        """One search, or two where nothing is assumed, but moves that are left out of the search."""
         if scope.sure and self._connectors.connectors:  # they lead anywhere: no plan with them where none without
             result = self._searched(replace(scope, moves=False))
             if result.plan is None:

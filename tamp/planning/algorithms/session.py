@@ -98,9 +98,9 @@ class Session:
         self._skeletons: dict[tuple[tuple[int, ...], ...], Skeleton] = {}
         self._builder = TaskBuilder(
             self.knowledge,
-            lambda atoms: groups(self._invariants, atoms, [*self.knowledge.state, *self.knowledge.hoped_state()]),
+            lambda atoms: groups(self._invariants, atoms, [*self.knowledge.state, *self.knowledge.optimistic_state()]),
             self.costs.of_operator,
-            self.costs.of_hope,
+            self.costs.of_assumed_test,
             MovePrices(self.connectors, self.costs.of_move, self.costs.of_move_between),
             course,
             forbidden,
@@ -225,7 +225,7 @@ class Session:
 
     @property
     def work(self) -> int:
-        """How much was done, whatever the time it took: calls of streams, hopes that were grounded, and searches."""
+        """How much was done, whatever the time it took: calls of streams, optimistic facts grounded, and searches."""
         return self.rounds.work + len(self.knowledge.templates) + self.searches.work
 
     def cheaper(self, enough: int, scope: Scope, below: int | None = None) -> tuple[Skeleton, int] | None:

@@ -92,7 +92,7 @@ class Binder:
                 return walk.attempt
             target = max(conflict)
             instance = failed.instance if failed is not None else None
-            barren = instance is not None and not instance.results and instance.record.hopeful
+            barren = instance is not None and not instance.results and instance.record.promising
             walk.undo(target, position)
             walk.frames[target].conflict |= conflict - {target}
             walk.frames[target].culprits.update(culprits)
@@ -162,7 +162,7 @@ class Binder:
         at = set(self._course.starts)
         for step in walk.skeleton.steps[: last + 1]:
             args = walk.values.fact(("", *step.args))[1:]
-            at = {after for p in at for after in self._course.after(p, step.schema.name, args, hopeful=True)}
+            at = {after for p in at for after in self._course.after(p, step.schema.name, args, optimistic=True)}
         return any(map(self._course.done, at)) if last + 1 == len(walk.skeleton.steps) else bool(at)
 
     def _connect(self, walk: Walk, position: int, item: Connect, fresh: bool) -> set[int] | None:

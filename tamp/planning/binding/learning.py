@@ -133,7 +133,7 @@ class Lessons:
         tests = knowledge.schema.tests.get(fact[0], ())
         records = [knowledge.certifier(test, fact).record for test in tests]
         if fact in knowledge.refuted:
-            return bool(records) and not any(record.hopeful for record in records)
+            return bool(records) and not any(record.promising for record in records)
         return any(record.unfailing for record in records)
 
     @property

@@ -69,13 +69,13 @@ class Optimizers:
         objectives = dict(schema.problem.parsed_streams.objectives)[optimizer]
         chosen: dict[int, Choose] = {}
         wanted: dict[Fact, None] = {}
-        hoped: set[Fact] = set()
+        promised: set[Fact] = set()
         state = walk.states[position]
         for i, item in enumerate(walk.items[position:], start=position):
             if isinstance(item, Rewind):
                 break
             if isinstance(item, Choose):
-                hoped.update(map(walk.values.fact, item.template.certified(item.template.placeholders)))
+                promised.update(map(walk.values.fact, item.template.certified(item.template.placeholders)))
                 inputs = [walk.values.value(h) for h in item.template.inputs]
                 open_inputs = {h for h in inputs if not is_real(h)}
                 made = {h for choice in chosen.values() for h in choice.template.placeholders}
@@ -85,7 +85,7 @@ class Optimizers:
                     wanted.update(dict.fromkeys(map(walk.values.fact, certified)))
             elif isinstance(item, Check):
                 fact = walk.values.fact(item.fact)
-                wanted.update(dict.fromkeys(self._evaluator.assumed(fact, item.positive, state, hoped)))
+                wanted.update(dict.fromkeys(self._evaluator.assumed(fact, item.positive, state, promised)))
             elif isinstance(item, Apply):
                 step = walk.skeleton.steps[item.step]
                 binding = walk.values.binding(step.binding)

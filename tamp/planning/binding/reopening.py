@@ -24,7 +24,7 @@ def reopened(
 ) -> tuple[Skeleton, dict[int, int]]:
     """A skeleton with what a plan of it got from streams left open, and what stood there.
 
-    Nothing must be hoped for that there is a plan without, so that this works among real values as well.
+    Nothing must be assumed that there is a plan without, so that this works among real values as well.
 
     Args:
         skeleton: some values of which may be real ones.

@@ -84,7 +84,7 @@ def make_skeleton(
 
 
 def _one_choice_each(steps: tuple[GroundOperator, ...], knowledge: Knowledge) -> Iterable[GroundOperator]:
-    """Where several steps hope for one stream with fluents, each chooses for itself: their states differ."""
+    """Where several steps assume one stream with fluents, each chooses for itself: their states differ."""
     used: set[Instance] = set()
     for step in steps:
         new: dict[Instance, Instance] = {}
@@ -137,22 +137,22 @@ class _Planner:
         self.connectors = connectors
         self.steps = steps
         self.moved = {connectors.fluent, *connectors.spent} if connectors.fluent else set()
-        self.needs = [self._with_hoped_state(step) for step in steps]
+        self.needs = [self._with_optimistic_state(step) for step in steps]
         self.passes = dict.fromkeys(self._deferred(), OF_STATES)
         self._put_off()
         self.late = {h: self.passes[instance] for instance in self.passes for h in instance.placeholders}
         self.chosen: set[Instance] = set()
         self.known: set[int] = set()
 
-    def _with_hoped_state(self, step: GroundOperator) -> tuple[Instance, ...]:
+    def _with_optimistic_state(self, step: GroundOperator) -> tuple[Instance, ...]:
         """A step's instances, and those that bring fluents that it wants from the start."""
-        hoped = [
+        optimistic = [
             p
             for fact in step.positive
             if fact not in self.knowledge.state
             for p in self.knowledge.producers.get(fact, ())[:1]
         ]
-        return tuple(dict.fromkeys((*step.needs, *(s for p in hoped for s in (*p.supports, p)))))
+        return tuple(dict.fromkeys((*step.needs, *(s for p in optimistic for s in (*p.supports, p)))))
 
     def _deferred(self) -> set[Instance]:
         """Instances whose choice can wait: they ask for it, and nothing that cannot wait rests on them."""

@@ -1,4 +1,4 @@
-"""The ground planning task of one moment: what operators and axioms amount to when the hopes of that moment hold."""
+"""The ground planning task of one moment: what operators and axioms amount to when its optimistic facts hold."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class TaskEffect:
 class TaskOperator:
     """An operator over atom numbers. `cost` is what the search minimises: the action's cost and its reluctance.
 
-    `source` is None where it is no action: it stands for the hope that a test holds, which has its price.
+    `source` is None where it is no action: it stands for the assumption that a test holds, which has its price.
     """
 
     source: GroundOperator | None

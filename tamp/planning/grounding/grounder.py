@@ -19,11 +19,11 @@ from tamp.planning.model.stream_instances import Instance, ground
 from tamp.planning.model.turns import Turns
 from tamp.planning.options import Options
 
-MANY_HOPES = 1000
-"""How many stream instances may be hoped for before new values bring short chains of hopes only."""
+MANY_ASSUMED = 1000
+"""How many stream instances may be assumed before new values bring short chains of them only."""
 
-OPERATORS_A_HOPE = 4
-"""How many operators, or conditional effects, that hope for anything count as much as a stream instance."""
+OPERATORS_EACH = 4
+"""How many operators, or conditional effects, that assume anything count as much as a stream instance."""
 
 SHARE = 500
 """How many instances of streams whose inputs are real may come up before they are all drawn from in turn, at least."""
@@ -32,7 +32,7 @@ GROWTH = 4
 """A round may bring one more for so many of them that there are."""
 
 PATIENCE = 16_000
-"""How many hopes one more stream in a row may bring at most before sampling has another turn."""
+"""How many optimistic facts one more stream in a row may bring at most before sampling has another turn."""
 
 
 class Grounder:
@@ -44,7 +44,7 @@ class Grounder:
     Attributes:
         derived: the derived predicates whose axioms it makes.
         joined: the streams whose instances it makes.
-        limit: how many streams in a row may be hoped for.
+        limit: how many streams in a row may be assumed.
     """
 
     def __init__(self, schema: Schema, knowledge: Knowledge, connectors: Connectors, options: Options) -> None:
@@ -54,23 +54,23 @@ class Grounder:
         self.operators: list[GroundOperator] = []
         self.axioms: list[GroundAxiom] = []
         self.limit = 1
-        self._room: float = MANY_HOPES
+        self._room: float = MANY_ASSUMED
         self.on_instance: Callable[[Instance], None] = lambda instance: None
         self._visible = Visible(schema, connectors, options.lazy_tests, options.every_stream, options.tame)
         self._pending: list[Instance] = []
         self._by_binding: dict[tuple[int, tuple[int, ...]], GroundOperator] = {}
         self._waiting: list[Fact] = []
         self._sated = False
-        self._hoping = 0
+        self._optimistic = 0
         self.derived = self._visible.derived
         streams = self._visible.streams()
         self.joined = frozenset(external.name for external, _ in streams)
-        chained = [self._stream_rule(external, hoped) for external, hoped in streams if not external.is_test]
+        chained = [self._stream_rule(external, assumed) for external, assumed in streams if not external.is_test]
         rules = self._rules()
-        rules += [self._stream_rule(external, hoped) for external, hoped in streams if external.is_test]
+        rules += [self._stream_rule(external, assumed) for external, assumed in streams if external.is_test]
         self._with_objects = any(p[0] == "object" for rule in (*rules, *chained) for p in rule.body)
         self._join, self._real, self._chains = Join(rules), Join(chained), Join(chained)
-        self._chains.paused = lambda: self._hopes > self._room
+        self._chains.paused = lambda: self._assumed > self._room
         self._real.paused = lambda: len(self._admitted) > self._most_admitted
         self._admitted: set[Instance] = set()
         self._most_admitted = SHARE
@@ -118,12 +118,12 @@ class Grounder:
             self._chains.add(fact, turn)
 
     def _remove(self, fact: Fact) -> None:
-        """Ground nothing more with a fact that was hoped for in vain."""
+        """Ground nothing more with an optimistic fact that was refuted."""
         self._join.remove(fact)
         self._chains.remove(fact)
 
     def _level(self, fact: Fact) -> int:
-        """How many streams in a row a fact hopes for."""
+        """How many streams in a row a fact rests on that were not called yet."""
         knowledge = self.knowledge
         origins = [knowledge.objects.origin(handle) for handle in fact[1:]]
         if fact not in knowledge.real:
@@ -131,19 +131,19 @@ class Grounder:
         return max((origin.level for origin in origins if origin is not None), default=0)
 
     @property
-    def _hopes(self) -> int:
-        """How much is hoped for: stream instances, and some operators and their conditional effects for each."""
-        return len(self.knowledge.templates) + self._hoping // OPERATORS_A_HOPE
+    def _assumed(self) -> int:
+        """How much is assumed: stream instances, and some operators and their conditional effects for each."""
+        return len(self.knowledge.templates) + self._optimistic // OPERATORS_EACH
 
     @property
     def crowded(self) -> bool:
-        """Whether there are very many hopes, with those that wait."""
-        return self._hopes + len(self._pending) > MANY_HOPES
+        """Whether very many are assumed, with those that wait."""
+        return self._assumed + len(self._pending) > MANY_ASSUMED
 
     def be_shallow(self, sober: bool = False, drawing: bool = False) -> None:
-        """Where there are many hopes, let each new value be followed by one stream only, until the next `deepen`.
+        """Where many are assumed, let each new value be followed by one stream only, until the next `deepen`.
 
-        It would otherwise bring hopes whose number grows with the power of the depth; `sober`: by none at all, where
+        It would else bring instances whose number grows with the power of the depth; `sober`: by none at all, where
         those that wait are counted as well.
 
         `drawing`: streams are drawn from next, so that as many may come up as in `deepen`.
@@ -152,15 +152,15 @@ class Grounder:
         self._real.run()
         if sober and self.crowded:
             self.limit = 0
-        elif self._hopes > MANY_HOPES:
+        elif self._assumed > MANY_ASSUMED:
             self.limit = min(self.limit, 1)
 
     def deepen(self, most: float = math.inf, patient: bool = False) -> bool:
-        """Allow more streams in a row to be hoped for; whether that brought anything new.
+        """Allow more streams in a row to be assumed; whether that brought anything new.
 
         Args:
-            most: streams in a row that may be hoped for at most.
-            patient: bring about as many hopes as there are at once; where they are many, nothing before sampling has
+            most: streams in a row that may be assumed at most.
+            patient: bring about as many as there are at once; where they are many, nothing before sampling has
                 had a turn.
         """
         unfinished = self._real.unfinished
@@ -175,8 +175,8 @@ class Grounder:
         if level > most or level == math.inf or sated:
             return unfinished
         self.limit = int(level)
-        hopes = self._hopes
-        self._room = hopes + min(max(hopes, MANY_HOPES), PATIENCE) if patient else math.inf
+        assumed = self._assumed
+        self._room = assumed + min(max(assumed, MANY_ASSUMED), PATIENCE) if patient else math.inf
         pending, self._pending = self._pending, []
         facts, self._waiting = self._waiting, []
         self._chains.run()
@@ -188,7 +188,7 @@ class Grounder:
             else:
                 self._waiting.append(fact)
         self._sated = self.crowded
-        self._room = max(MANY_HOPES, self._hopes)
+        self._room = max(MANY_ASSUMED, self._assumed)
         return True
 
     @property
@@ -238,7 +238,7 @@ class Grounder:
             binding = dict(zip(names, values, strict=True))
             if all(a == b for _, a, b in (ground(pair, binding) for pair in equal)):
                 operator = self._operator(index, schema, values[:count])
-                self._hoping += bool(operator.needs)
+                self._optimistic += bool(operator.needs)
                 self._add_effect(operator, effect, binding)
 
         return on_match
@@ -252,7 +252,7 @@ class Grounder:
         static, absent, positive, negative = self._split(condition, binding)
         operator = GroundOperator(schema, binding, static, absent, positive, negative)
         operator.needs = self._needs(operator)
-        self._hoping += bool(operator.needs)
+        self._optimistic += bool(operator.needs)
         self._by_binding[index, values] = operator
         self.operators.append(operator)
         for effect in self.connectors.effects(schema):
@@ -315,8 +315,8 @@ class Grounder:
             names = tuple(dict.fromkeys((*variables, *(t for p in bound for t in p[1:] if isinstance(t, str)))))
             yield JoinRule(names, body, condition.unequal, on_match)
 
-    def _stream_rule(self, external: External, hoped: bool) -> JoinRule:
-        called_only = external.is_test and not hoped
+    def _stream_rule(self, external: External, assumed: bool) -> JoinRule:
+        called_only = external.is_test and not assumed
         is_real = self.knowledge.objects.is_real
 
         def on_match(values: tuple[int, ...]) -> None:
@@ -333,7 +333,7 @@ class Grounder:
         return JoinRule(external.inputs, external.domain + external.awaited, (), on_match)
 
     def _supports(self, handles: Iterable[int], facts: Iterable[Fact]) -> tuple[Instance, ...]:
-        """The instances that placeholders and hoped-for facts come from."""
+        """The instances that placeholders and optimistic facts come from."""
         origins = [self.knowledge.objects.origin(h) for h in handles if not self.knowledge.objects.is_real(h)]
         for fact in facts:
             if fact not in self.knowledge.real:
@@ -342,8 +342,8 @@ class Grounder:
         return tuple(dict.fromkeys(origins))
 
     def _admit(self, instance: Instance) -> None:
-        hopes = self._hopes
-        crowded = hopes > self._room and (instance.level > 1 or hopes > self._room + 4 * MANY_HOPES)
+        assumed = self._assumed
+        crowded = assumed > self._room and (instance.level > 1 or assumed > self._room + 4 * MANY_ASSUMED)
         deep = instance.level > self.limit or crowded
         if deep and not (instance.external.is_test and self.limit == 0 and instance.level == 1):
             self._pending.append(instance)

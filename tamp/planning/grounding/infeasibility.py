@@ -33,7 +33,7 @@ EFFORT, EFFORT_A_DRAW = 5_000, 50
 
 
 @dataclass(frozen=True)
-class _Hope:
+class _Promise:
     """A fact that may come to hold; where a stream may bring it, by the rule of that number and for those inputs."""
 
     fact: Fact
@@ -52,7 +52,7 @@ def out_of_reach(
     tick: Callable[[], None] = lambda: None,
     proven: bool = True,
 ) -> Fact | None:
-    """A part of the goal that no stream can bring within reach any more; None where there may be hope for all of it.
+    """A part of the goal that no stream can bring within reach any more; None where all of it may be.
 
     The question is left open as well once `effort` facts were looked at; `tick` is called now and then, and may end it
     by an exception. Unless it shall be `proven`, streams that gave up count as those do that have nothing more.
@@ -100,8 +100,8 @@ def never_undone(schema: Schema, knowledge: Knowledge) -> Fact | None:
     return next((ground(p, {}) for p in standing if p in knowledge.real or p in knowledge.state), None)
 
 
-def _fits(pattern: Pattern, hope: _Hope) -> bool:
-    return all(b in (a, ANY) for a, b in zip(pattern[1:], hope.fact[1:], strict=True))
+def _fits(pattern: Pattern, promise: _Promise) -> bool:
+    return all(b in (a, ANY) for a, b in zip(pattern[1:], promise.fact[1:], strict=True))
 
 
 class _Relaxation:
@@ -124,10 +124,10 @@ class _Relaxation:
         self._proven = proven
         self._goal = dict.fromkeys(goal)
         self._rules = list(_relevant(list(rules), {str(p[0]) for p in goal}))
-        self._reached: dict[str, dict[_Hope, None]] = {}
-        self._having: dict[tuple[str, int, int], list[_Hope]] = {}
-        self._known: deque[_Hope] = deque()
-        self._unknown: list[_Hope] = []
+        self._reached: dict[str, dict[_Promise, None]] = {}
+        self._having: dict[tuple[str, int, int], list[_Promise]] = {}
+        self._known: deque[_Promise] = deque()
+        self._unknown: list[_Promise] = []
         self._left = effort
         self._tick = tick
 
@@ -138,7 +138,7 @@ class _Relaxation:
             return never
         objects = [*self._knowledge.objects.real(), ANY, NEW]
         for fact in (*self._knowledge.real, *self._knowledge.state, *(("object", handle) for handle in objects)):
-            self._add(_Hope(fact))
+            self._add(_Promise(fact))
         for number, rule in enumerate(self._rules):
             if not rule.body:
                 self._conclude(number, {})
@@ -146,48 +146,48 @@ class _Relaxation:
             self._follow(self._unknown.pop() if self._unknown else self._known.popleft())
         return tuple(self._goal)
 
-    def _follow(self, hope: _Hope) -> None:
+    def _follow(self, promise: _Promise) -> None:
         """Conclude what a fact brings with those that were reached before."""
         for number, rule in enumerate(self._rules):
             for i, pattern in enumerate(rule.body):
-                if pattern[0] == hope.fact[0] and (binding := _bind(pattern, hope.fact, {})) is not None:
+                if pattern[0] == promise.fact[0] and (binding := _bind(pattern, promise.fact, {})) is not None:
                     for found, used in self._matches(rule.body[:i] + rule.body[i + 1 :], binding):
-                        if self._possible([(pattern, hope), *used], found):
+                        if self._possible([(pattern, promise), *used], found):
                             self._conclude(number, found)
                         if not self._goal:
                             return
 
-    def _add(self, hope: _Hope) -> None:
-        known = self._reached.setdefault(str(hope.fact[0]), {})
-        if hope not in known:
-            known[hope] = None
-            (self._unknown if min(hope.fact[1:], default=0) < 0 else self._known).append(hope)
-            for position, handle in enumerate(hope.fact[1:], start=1):
-                self._having.setdefault((str(hope.fact[0]), position, handle), []).append(hope)
-            for pattern in [p for p in self._goal if p[0] == hope.fact[0] and _fits(p, hope)]:
+    def _add(self, promise: _Promise) -> None:
+        known = self._reached.setdefault(str(promise.fact[0]), {})
+        if promise not in known:
+            known[promise] = None
+            (self._unknown if min(promise.fact[1:], default=0) < 0 else self._known).append(promise)
+            for position, handle in enumerate(promise.fact[1:], start=1):
+                self._having.setdefault((str(promise.fact[0]), position, handle), []).append(promise)
+            for pattern in [p for p in self._goal if p[0] == promise.fact[0] and _fits(p, promise)]:
                 del self._goal[pattern]
 
     def _matches(
         self, body: tuple[Pattern, ...], binding: dict[str, int]
-    ) -> Iterator[tuple[dict[str, int], list[tuple[Pattern, _Hope]]]]:
+    ) -> Iterator[tuple[dict[str, int], list[tuple[Pattern, _Promise]]]]:
         """Every way to satisfy a body with what was reached so far, and the facts that do."""
         if not body:
             yield binding, []
             return
         candidates = [self._candidates(pattern, binding) for pattern in body]
         first = min(range(len(body)), key=lambda i: len(candidates[i]))
-        for hope in candidates[first]:
+        for promise in candidates[first]:
             self._left -= 1
             if self._left < 0:
                 raise _Exhausted
             if self._left % EVERY == 0:
                 self._tick()
-            found = _bind(body[first], hope.fact, binding)
+            found = _bind(body[first], promise.fact, binding)
             if found is not None:
                 for complete, used in self._matches(body[:first] + body[first + 1 :], found):
-                    yield complete, [(body[first], hope), *used]
+                    yield complete, [(body[first], promise), *used]
 
-    def _candidates(self, pattern: Pattern, binding: dict[str, int]) -> list[_Hope]:
+    def _candidates(self, pattern: Pattern, binding: dict[str, int]) -> list[_Promise]:
         """What was reached so far that may match: the fewest that share an object, or leave it open."""
         name = str(pattern[0])
         found = list(self._reached.get(name, ()))
@@ -200,14 +200,14 @@ class _Relaxation:
                     found = same + unknown
         return found
 
-    def _possible(self, used: list[tuple[Pattern, _Hope]], binding: dict[str, int]) -> bool:
+    def _possible(self, used: list[tuple[Pattern, _Promise]], binding: dict[str, int]) -> bool:
         """Whether the facts may hold together: none is what a call would have had to give that gives nothing more."""
-        for pattern, hope in used:
-            rule = self._rules[hope.rule]
-            if hope.rule >= 0 and rule.external is not None:
+        for pattern, promise in used:
+            rule = self._rules[promise.rule]
+            if promise.rule >= 0 and rule.external is not None:
                 values = [binding[t] if isinstance(t, str) else t for t in pattern[1:]]
                 given = dict(zip(rule.head[1:], values, strict=True))
-                inputs = [given.get(v, old) for v, old in zip(rule.external.inputs, hope.inputs, strict=True)]
+                inputs = [given.get(v, old) for v, old in zip(rule.external.inputs, promise.inputs, strict=True)]
                 if self._ended(rule.external, tuple(inputs)):
                     return False
         return True
@@ -230,11 +230,11 @@ class _Relaxation:
             return
         head = (rule.head[0], *map(value, rule.head[1:]))
         if rule.external is None:
-            self._add(_Hope(head))
+            self._add(_Promise(head))
             return
         inputs = tuple(map(value, rule.external.inputs))
         if not self._ended(rule.external, inputs):
-            self._add(_Hope(head, number, inputs))
+            self._add(_Promise(head, number, inputs))
 
 
 def _bind(pattern: Pattern, fact: Fact, binding: dict[str, int]) -> dict[str, int] | None:

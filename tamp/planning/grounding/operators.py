@@ -14,7 +14,7 @@ class GroundEffect:
     """`atom` becomes true or false where `positive` hold and `negative` do not.
 
     Attributes:
-        static, absent: facts without fluents that must and must not hold besides; they may be hoped for.
+        static, absent: facts without fluents that must and must not hold besides; they may be assumed.
     """
 
     atom: Fact
@@ -30,11 +30,11 @@ class GroundOperator:
     """An action schema with a handle for each variable of its condition.
 
     Attributes:
-        static: facts without fluents that it rests on; they may be hoped for.
+        static: facts without fluents that it rests on; they may be assumed.
         absent: facts without fluents that must not hold.
         positive, negative: fluent and derived atoms of its precondition.
-        needs: the instances that it hopes for, supports first.
-        certain: whether it is known to rest on nothing that is hoped for, and on nothing that must be absent.
+        needs: the instances that it assumes, supports first.
+        certain: whether it is known to rest on nothing that is assumed, and on nothing that must be absent.
     """
 
     schema: ActionSchema

@@ -101,8 +101,8 @@ def reachable(
     return relaxed.reached, [thing for thing in relaxed.live if isinstance(thing, GroundOperator)], bodies
 
 
-HOPED = "@hoped"
-"""Predicate of atoms that say that the price of hoping for a test was paid."""
+OPTIMISTIC = "@optimistic"
+"""Predicate of atoms that say that the price of assuming a test was paid."""
 
 PLACE = "@place"
 """Predicate of atoms that say how much of a given skeleton is done."""
@@ -116,7 +116,7 @@ class Scope:
         novel: without streams whose values all failed, and as `unbarred`.
         unbarred: values to which moves failed only where what was in the way is gone.
         arriving: so much at the goal alone.
-        sure: without any hopes, among real values alone.
+        sure: without optimistic facts, among real values alone.
         moves: with what the moves cost that are left to binding.
         pairs: these at what each costs between two values.
         exact: a stream with fluents that failed for no named reason is barred only where it is told the same.
@@ -177,14 +177,14 @@ class TaskBuilder:
         """The task of this moment, as far as a search may look; unreachable operators are left out."""
         knowledge, hidden = self._knowledge, self._moves.fluent
         self._note_certain(operators, axioms)
-        given = [*knowledge.state, *(() if scope.sure else knowledge.hoped_state())]
+        given = [*knowledge.state, *(() if scope.sure else knowledge.optimistic_state())]
         state = dict.fromkeys(fact for fact in given if fact[0] != hidden)
         usable = self._usable(operators, scope)
-        hopes: dict[Fact, Instance] = {}
+        assumed: dict[Fact, Instance] = {}
         valid = self._valid(axioms, scope)
         # Where there may well be no plan, as in a novel search, each price would double what must be searched.
-        valid = self._surest(valid) if scope.novel else [a if a.certain else self._priced(a, hopes) for a in valid]
-        reached, live, bodies = reachable({**state, **dict.fromkeys(hopes)}, usable, valid, knowledge)
+        valid = self._surest(valid) if scope.novel else [a if a.certain else self._priced(a, assumed) for a in valid]
+        reached, live, bodies = reachable({**state, **dict.fromkeys(assumed)}, usable, valid, knowledge)
         moving = self._moves.over(live, given, goal[0], scope.pairs) if scope.moves else Moves()
         reached.update(fact for group in moving.groups for fact in group)
         number = Numbering(state, reached, bodies, knowledge)
@@ -204,8 +204,8 @@ class TaskBuilder:
         made, wanted = self._on_course(made, wanted, number)
         made += moving.operators(number.of)
         made += [
-            TaskOperator(None, (), (), (TaskEffect(number.of(hope), adds=True),), self._reluctance(test))
-            for hope, test in hopes.items()
+            TaskOperator(None, (), (), (TaskEffect(number.of(fact), adds=True),), self._reluctance(test))
+            for fact, test in assumed.items()
         ]
         defined = [
             TaskAxiom(number.of(head), *literals)
@@ -240,16 +240,16 @@ class TaskBuilder:
             axioms = [axiom for axiom in axioms if axiom.certain or self._is_sure(axiom.static, axiom.head[1:])]
         return [axiom for axiom in axioms if axiom.certain or self._holds(axiom.static, axiom.absent)]
 
-    def _priced(self, axiom: GroundAxiom, hopes: dict[Fact, Instance]) -> GroundAxiom:
-        """An axiom that wants the price paid of each test that it hopes for: axioms themselves cost nothing.
+    def _priced(self, axiom: GroundAxiom, assumed: dict[Fact, Instance]) -> GroundAxiom:
+        """An axiom that wants the price paid of each test that it assumes: axioms themselves cost nothing.
 
-        What is for nothing needs no operator: a search would look at each set of such hopes.
+        What is for nothing needs no operator: a search would look at each set of such tests.
         """
-        found = {(HOPED, *fact): test for fact, test in self._hoped_tests(axiom) if self._reluctance(test)}
-        hopes.update(found)
+        found = {(OPTIMISTIC, *fact): test for fact, test in self._assumed_tests(axiom) if self._reluctance(test)}
+        assumed.update(found)
         return replace(axiom, positive=(*axiom.positive, *found)) if found else axiom
 
-    def _hoped_tests(self, axiom: GroundAxiom) -> Iterator[tuple[Fact, Instance]]:
+    def _assumed_tests(self, axiom: GroundAxiom) -> Iterator[tuple[Fact, Instance]]:
         """The facts of an axiom that only tests may certify yet, each with such a test."""
         for fact in axiom.static:
             if fact[0] in self._knowledge.schema.askable and fact not in self._knowledge.real:
@@ -276,9 +276,9 @@ class TaskBuilder:
         knowledge = self._knowledge
         if not all(map(knowledge.objects.is_real, handles)):
             return False
-        return all(fact in knowledge.real or not self._is_hoped(fact) for fact in static)
+        return all(fact in knowledge.real or not self._is_optimistic(fact) for fact in static)
 
-    def _is_hoped(self, fact: Fact) -> bool:
+    def _is_optimistic(self, fact: Fact) -> bool:
         """Whether streams promise a fact; or, of an object, whether it is one that they promise.
 
         What a test says of a state is asked in each that a plan leads to: of real objects there is no more to know.
@@ -287,8 +287,8 @@ class TaskBuilder:
         return promised or not all(map(self._knowledge.objects.is_real, fact[1:]))
 
     def _surest(self, axioms: list[GroundAxiom]) -> list[GroundAxiom]:
-        """Axioms without those that hope for a test where there are others with the same head."""
-        doubtful = [not axiom.certain and any(True for _ in self._hoped_tests(axiom)) for axiom in axioms]
+        """Axioms without those that assume a test where there are others with the same head."""
+        doubtful = [not axiom.certain and any(True for _ in self._assumed_tests(axiom)) for axiom in axioms]
         sure = {axiom.head for axiom, doubt in zip(axioms, doubtful, strict=True) if not doubt}
         return [a for a, doubt in zip(axioms, doubtful, strict=True) if not doubt or a.head not in sure]
 
@@ -311,7 +311,7 @@ class TaskBuilder:
                 here = replace(op, positive=(*op.positive, at[before]))
                 source = op.source
                 assert source is not None
-                for after in self._course.after(before, source.schema.name, source.args, hopeful=True):
+                for after in self._course.after(before, source.schema.name, source.args, optimistic=True):
                     if after not in at:
                         at[after] = number.of((PLACE, len(at)))
                         queue.append(after)
@@ -379,7 +379,7 @@ class TaskBuilder:
 def _nogoods(instance: Instance, number: Numbering, exact: bool) -> Iterator[Fact]:
     """Atoms that hold where a stream with fluents is known to have nothing to give, or guessed, unless `exact`.
 
-    What most inputs of a kind failed for is guessed to be in the way of them all, also of those that are hoped for.
+    What most inputs of a kind failed for is guessed to be in the way of them all, also of those that are assumed.
     """
     for facts, named in instance.nogoods.items():
         if named or not exact:

@@ -49,14 +49,14 @@ class FactIndex:
 
 
 class Knowledge:
-    """Certified facts, hopes, and the instances behind them.
+    """Certified facts, optimistic facts, and the instances behind them.
 
     Attributes:
         real: facts without fluents that hold: given, or certified by a call.
         state: the fluent facts of the initial state, in the order given.
         brought: those of them that streams have certified; each becomes true once, whatever actions do about it later.
         bringers: object that is no output of a stream -> the instance that first spoke of it, beyond its promise.
-        producers: hoped-for fact -> the instances that may certify it.
+        producers: optimistic fact -> the instances that may certify it.
         templates: every instance that the optimistic level made, in an order in which supports come first.
     """
 
@@ -166,7 +166,7 @@ class Knowledge:
             self.refuted[fact] = reason
             self._tell((FALSE_MARK + fact[0], *fact[1:]))
 
-    def hope(self, template: Instance) -> None:
+    def assume(self, template: Instance) -> None:
         """Let the search assume that an instance will certify what it promises."""
         self.templates.append(template)
         outputs = template.external.outputs
@@ -177,8 +177,8 @@ class Knowledge:
             self.producers.setdefault(fact, []).append(template)
             self._tell(fact)
 
-    def despair(self, test: Instance) -> None:
-        """Let nothing more rest on what a test would have certified that was hoped for, and has said no."""
+    def retract(self, test: Instance) -> None:
+        """Let nothing more rest on what an assumed test, which has said no, would have certified."""
         for fact in test.certified(()):
             if fact not in self.real and all(p.exhausted for p in self.producers.get(fact, ())):
                 self._take_back(fact)
@@ -268,6 +268,6 @@ class Knowledge:
             return origin is None or bool(origin.alive or origin.results)
         return fact in self.real or any(p.alive or p.results for p in self.producers.get(fact, ()))
 
-    def hoped_state(self) -> list[Fact]:
+    def optimistic_state(self) -> list[Fact]:
         """Fluent facts that streams may still add to the initial state."""
         return [f for f in self.producers if f[0] in self.schema.fluents and self.usable(f)]

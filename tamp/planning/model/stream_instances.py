@@ -1,4 +1,4 @@
-"""Stream instances, and what is known: facts that are certified, and facts that are hoped for."""
+"""Stream instances, and what is known: certified facts, and optimistic facts."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Record:
         return max((self.successes + 2) / (self.calls + 2), LEAST_ODDS)
 
     @property
-    def hopeful(self) -> bool:
+    def promising(self) -> bool:
         """Whether a call has succeeded, or too few were made to tell."""
         return self.successes > 0 or self.calls < IN_VAIN
 
@@ -73,7 +73,7 @@ class Instance:
     Attributes:
         level: how many streams in a row its outputs need that were not called yet.
         placeholders: its optimistic outputs.
-        supports: the instances that its inputs and domain facts hope for.
+        supports: the instances that its inputs and domain facts assume.
         results: what it has yielded, in order; for a test `[()]` where it holds.
         activated: numbers of the results that the search may use.
         failures: attempts to bind a plan that blamed it.

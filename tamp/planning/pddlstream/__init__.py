@@ -247,7 +247,7 @@ def OptimizerInfo(planable: bool = False, p_success: Any = None, overhead: Any =
 
 
 class OptValue:
-    """A value that is hoped for, which PDDLStream asks functions of costs about; here they are asked of real ones."""
+    """A placeholder, of which PDDLStream asks functions of costs; here they are asked of real values."""
 
 
 UniqueOptValue = SharedOptValue = OptValue
@@ -276,7 +276,7 @@ def inf_generator() -> Iterator[int]:
 
 
 class PartialInputs:
-    """How PDDLStream makes values to hope for; accepted for `StreamInfo(opt_gen_fn=)`, which has no effect here."""
+    """How PDDLStream makes placeholders; accepted for `StreamInfo(opt_gen_fn=)`, which has no effect here."""
 
     def __init__(self, *inputs: Any, **options: Any) -> None:
         """Nothing of it is kept."""
@@ -311,7 +311,7 @@ def solve_restart(problem: Any, **options: Any) -> Solution:
 
 
 def set_unique(externals: Any) -> None:
-    """Has no effect: each stream instance has values of its own to hope for."""
+    """Has no effect: each stream instance has placeholders of its own."""
 
 
 def print_solution(solution: Any) -> None:

@@ -17,7 +17,7 @@ from tamp.planning.keywords import ALGORITHMS, SERIALIZED
 T = TypeVar("T")
 
 FOCUSED_ALGORITHMS = ["focused", "binding", "adaptive"]
-"""The algorithms that search under hopes."""
+"""The algorithms that search over optimistic facts."""
 
 NAMES = ("adaptive", "binding", "focused", "incremental", SERIALIZED, *ALGORITHMS)
 """What `--algorithm` may say."""

@@ -20,7 +20,7 @@ class Truth:
     """Whether facts hold that actions do not change: asks the tests that decide them.
 
     Attributes:
-        hoped: what is taken to hold for the moment.
+        promised: what is taken to hold for the moment.
     """
 
     def __init__(self, knowledge: Knowledge, sampling: Sampling, given: Callable[[Fact], bool]) -> None:
@@ -29,11 +29,11 @@ class Truth:
         self._sampling = sampling
         self._schema = knowledge.schema
         self._given = given
-        self.hoped: Collection[Fact] = ()
+        self.promised: Collection[Fact] = ()
 
     def __call__(self, fact: Fact) -> bool:
         """Whether a fact holds; asks the tests that decide it."""
-        if fact in self._knowledge.real or fact in self.hoped:
+        if fact in self._knowledge.real or fact in self.promised:
             return True
         if fact in self._knowledge.refuted:
             return False
@@ -199,19 +199,19 @@ class Evaluator:
             return fact in self._knowledge.real or self.support(fact, State(self._knowledge.state)) is not None
         return fact in self._knowledge.state or self.truth(fact)
 
-    def assumed(self, fact: Fact, positive: bool, state: State, hoped: Collection[Fact]) -> tuple[Fact, ...]:
+    def assumed(self, fact: Fact, positive: bool, state: State, promised: Collection[Fact]) -> tuple[Fact, ...]:
         """The facts that tests of placeholders have yet to certify for a ground literal to hold in a state.
 
-        `hoped`: what streams will have certified of placeholders by then.
+        `promised`: what streams will have certified of placeholders by then.
         """
         if positive and fact[0] not in self._axioms:
             return (fact,)
         self._assumed.clear()
-        self.truth.hoped = hoped
+        self.truth.promised = promised
         try:
             self.violation(fact, positive, state)
         finally:
-            self.truth.hoped = ()
+            self.truth.promised = ()
         return tuple(self._assumed)
 
     def support(self, fact: Fact, state: State) -> Support | None:

@@ -1,4 +1,4 @@
-"""Tests that mostly say no are asked at once, where hopes for them would crowd the search."""
+"""Tests that mostly say no are asked at once, where assuming them would crowd the search."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from tamp.planning.model.stream_instances import Instance
 
 CROWD = 200
-"""How many instances of one test may be hoped for, all of real inputs, before some of them are asked."""
+"""How many instances of one test may be assumed, all of real inputs, before some of them are asked."""
 
 SAMPLE = 20
 """How many of them, spread evenly."""
@@ -19,9 +19,9 @@ RARE = 0.25
 
 @dataclass
 class _Answers:
-    """What is hoped for of one test and what it said; the next sample is drawn at so many hopes."""
+    """What is assumed of one test and what it said; the next sample is drawn at `sample_at` instances."""
 
-    hoped: list[Instance] = field(default_factory=list)
+    assumed: list[Instance] = field(default_factory=list)
     sample_at: int = CROWD
     asked: int = 0
     held: int = 0
@@ -30,9 +30,9 @@ class _Answers:
 class RareTests:
     """Decides which tests are asked as soon as they can be, though no plan may ever rest on them.
 
-    A hope that is grounded is as much work as a call, and each brings operators besides, and plans with it that fail.
-    So where a test mostly says no, to ask it of all is no more work than to hope for it. Whether it does is told by a
-    sample, drawn once there are many hopes for it, and again each time that there are twice as many.
+    An optimistic fact is as much work to ground as a call, and brings operators besides, and plans that fail.
+    So where a test mostly says no, to ask it of all is no more work than to assume it. Whether it does is told by a
+    sample, drawn once there are many instances of it, and again each time that there are twice as many.
     """
 
     def __init__(self, ask: Callable[[Instance], bool]) -> None:
@@ -41,17 +41,17 @@ class RareTests:
         self._answers: dict[str, _Answers] = {}
 
     def take(self, test: Instance) -> bool:
-        """Ask a test of real inputs where it mostly says no; whether it was asked. Otherwise it may be hoped for."""
+        """Ask a test of real inputs where it mostly says no; whether it was asked. Otherwise it may be assumed."""
         answers = self._answers.setdefault(test.external.name, _Answers())
         if answers.held >= RARE * answers.asked:
-            answers.hoped.append(test)
-            if len(answers.hoped) < answers.sample_at:
+            answers.assumed.append(test)
+            if len(answers.assumed) < answers.sample_at:
                 return False
-            answers.sample_at = 2 * len(answers.hoped)
-            self._put(answers, answers.hoped[:: len(answers.hoped) // SAMPLE])
+            answers.sample_at = 2 * len(answers.assumed)
+            self._put(answers, answers.assumed[:: len(answers.assumed) // SAMPLE])
             if answers.held >= RARE * answers.asked:
                 return False
-            self._put(answers, answers.hoped)
+            self._put(answers, answers.assumed)
             return True
         self._put(answers, [test])
         return True

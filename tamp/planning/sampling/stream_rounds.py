@@ -14,7 +14,7 @@ from tamp.planning.sampling.rare_tests import RareTests
 from tamp.planning.sampling.stream_calls import Sampling, Stopwatch
 
 FACTS_A_CALL = 5
-"""How many facts beyond what streams promise are as much work as a call: each brings operators and hopes."""
+"""How many facts beyond what streams promise are as much work as a call: each brings operators and more to assume."""
 
 SHOWN = 3
 """How many values of a stream that plans have drawn the search sees before any round."""
@@ -56,7 +56,7 @@ class Rounds:
         return self._sampling.calls + self._sampling.news // FACTS_A_CALL
 
     def appear(self, instance: Instance) -> None:
-        """A stream instance whose domain facts are there: call it, or hope for it."""
+        """A stream instance whose domain facts are there: call it, or assume it."""
         knowledge = self._knowledge
         eager = (self._eager and not instance.external.fluents) or instance.external.info.eager
         brings = instance.external.name in self._sampling.wild  # and that may have no end
@@ -76,7 +76,7 @@ class Rounds:
             if eager and callable_now:
                 self._sampling.draw(instance)
                 knowledge.activate(instance, 1)
-            knowledge.hope(instance)
+            knowledge.assume(instance)
 
     def expand(self, tests: bool = False) -> bool:
         """Draw once more from every stream that has more to give, and show it to the search; whether any had.
@@ -88,7 +88,7 @@ class Rounds:
         brings may be the inputs of a thousand. Kinds of instances are drawn from in turn then.
 
         Args:
-            tests: ask the tests of the new values as well, before anything is hoped of them.
+            tests: ask the tests of the new values as well, before anything is assumed of them.
 
         Raises:
             Ended: at a limit.
@@ -175,7 +175,7 @@ class Rounds:
         self._knowledge.announce(test)
         self._refute(test)
         if not test.results:
-            self._knowledge.despair(test)
+            self._knowledge.retract(test)
         return bool(test.results)
 
     def _is_real(self, instance: Instance) -> bool:

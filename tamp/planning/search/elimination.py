@@ -1,6 +1,6 @@
 """Action elimination: a plan without actions that its goal does not need (Nakhost and Mueller, ICAPS 2010).
 
-Heuristic searches, and those that take what is only hoped for as free, leave such actions in their plans.
+Heuristic searches, and those that take what is only assumed as free, leave such actions in their plans.
 """
 
 from __future__ import annotations

@@ -38,7 +38,7 @@ BRIEF_S = 1.0
 
 
 class SymbolicSearch:
-    """Searches for plans under the hopes of a moment.
+    """Searches for plans over the optimistic facts of a moment.
 
     Attributes:
         operators: how many the last task had.

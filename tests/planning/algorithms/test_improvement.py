@@ -10,7 +10,7 @@ from benchmarks.pddlstream.small import packing, roadmap
 from benchmarks.pddlstream.trips import alley, survey
 from tamp import clock
 from tamp.planning import Problem, solve
-from tamp.planning.algorithms.adaptive import _replace_hopes
+from tamp.planning.algorithms.adaptive import _replace_optimistic
 from tamp.planning.algorithms.session import Session
 from tamp.planning.options import Options
 from tamp.planning.pddlstream import from_gen_fn, from_stream_map
@@ -143,10 +143,10 @@ def test_what_is_sampled_after_a_search_that_took_too_long_is_tried_in_the_best_
     session.begin()
     tried: list[Session] = []
     session.on_better = tried.append
-    _replace_hopes(session)
+    _replace_optimistic(session)
     assert not tried
     session.found.best = ()
-    _replace_hopes(session)
+    _replace_optimistic(session)
     assert tried == [session]
 
 

@@ -110,7 +110,7 @@ def test_a_better_order_is_found_of_a_plan(things, seed, most, algorithm):
 def test_what_is_grounded_for_a_neighbourhood_has_an_end(most, grounded, monkeypatch):
     """There are 16 actions, two hands' with four things at two places, of which each stream's call brings up to two."""
     monkeypatch.setattr(neighbourhood, "MOST", most)
-    session = Session(hauling("abcd"), Options(hopes=False), FastDownward(), True, clock.now())
+    session = Session(hauling("abcd"), Options(optimistic=False), FastDownward(), True, clock.now())
     session.begin()
     before = len(session.grounder.operators)
     Neighbourhood(session).ask(10_000)

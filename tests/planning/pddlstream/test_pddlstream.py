@@ -346,7 +346,7 @@ CHAIN = """
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 def test_a_goal_at_the_end_of_a_long_chain(algorithm):
-    """Hopes beyond the values so far are few: each is followed by a search."""
+    """Optimistic facts beyond the values so far are few: each is followed by a search."""
     samplers = {"follow": lambda context, x: iter([x + 1])}
     problem = Problem(STEPS, CHAIN, samplers, [("place", 0), ("at", 0)], ("at", 45))
     solution = solve(problem, algorithm=algorithm, max_iterations=200, timeout=20.0)

@@ -34,7 +34,7 @@ def drawing(domain=DOMAIN, init=()):
 
 @pytest.mark.parametrize("algorithm", ["adaptive", "incremental"])
 def test_one_object_does_for_what_nothing_is_said_of(algorithm):
-    """There was an operator for each object that is known or hoped for, and more with each that was sampled."""
+    """There was an operator for each object that is known or assumed, and more with each that was sampled."""
     solution = solve(drawing(), algorithm=algorithm, timeout=20.0)
     assert sorted(action.args[0] for action in solution.plan) == PENS[:5]
     assert all(action.args[2] in PENS for action in solution.plan)
