@@ -17,7 +17,7 @@
     (PutOnTable ?o ?p)             ; is put there by any grasp, and not only by the one that was chosen with the place
     (LaidOnTable ?o ?p)            ; what is laid down at ?p rests on nothing that moves
     (InRegion ?o ?p ?s)
-    (RestsOn ?o ?p ?s ?ps)         ; ?o at ?p stands on ?s at ?ps
+    (RestsOn ?o ?p ?s ?ps)         ; ?o at ?p stands on ?s at ?ps, and does not stay there without it
     (Contained ?o ?p ?s ?ps)
     (Handling ?o ?p ?g ?a ?l ?h) (HandlingOf ?o ?h)
     (Slidable ?o ?p)               ; no hand can grasp ?o at ?p, but it may be slid from there
