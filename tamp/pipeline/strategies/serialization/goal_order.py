@@ -56,7 +56,8 @@ class Ordering:
         self._midst = (clock.now() + deadline) / 2
         start = attempt.workspace.start
         unturned = {name: start[name] for name in known.unturned}
-        self._asker = Asker(Progress(attempt), seed, deadline, algorithm, unturned=unturned)
+        progress = Progress(attempt, unsteady=known.unsteady)
+        self._asker = Asker(progress, seed, deadline, algorithm, unturned=unturned)
         self._prospects = Prospects(self._asker, {name: (start[name], why) for name, why in known.hopeless.items()})
         self._ledger = Ledger(self._asker, known.unsteady)
         self._stability = GoalStability(self._asker, self._ledger.reached)

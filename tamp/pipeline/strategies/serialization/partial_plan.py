@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Collection, Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -189,6 +189,7 @@ class Progress:
         before: for each piece, how many actions came before it, and the state they leave.
         pieces: each as a plan of its own, as the checker has accepted it.
         inexact: how often a rehearsal had each object end elsewhere, after which a piece was refused.
+        unsteady: objects that did not end where they were put, so that it is rehearsed how they are put anywhere.
     """
 
     now: Attempt
@@ -198,6 +199,7 @@ class Progress:
     before: list[tuple[int, Attempt]] = field(default_factory=list)
     pieces: list[Plan] = field(default_factory=list)
     inexact: Counter[str] = field(default_factory=Counter)
+    unsteady: Collection[str] = ()
 
     @property
     def start(self) -> Mapping[str, Placement]:
@@ -257,7 +259,7 @@ class Progress:
             self.rejections.append(str(verdict))
             self._learn(verdict, solution)
             return Outcome(0, str(verdict))
-        for astray in rehearsal(self.now.setup, part, _poses(self.start) if near else None):
+        for astray in rehearsal(self.now.setup, part, _poses(self.start) if near else None, self.unsteady):
             way, tries = solution[astray.action].args[-1], self.inexact[astray.deviation.object]
             many_ways = isinstance(way, Handling) and way.laid
             if astray.correctable and (near or not many_ways or tries >= INEXACT):

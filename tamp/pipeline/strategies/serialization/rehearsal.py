@@ -1,11 +1,12 @@
 """Carrying out in a simulator, before they are taken, those parts of a plan in which something falls.
 
-Falls are planned without the hand: what it holds up, or takes along, as it draws back is seen only here.
+Falls are planned without the hand: what it holds up, or takes along, as it draws back is seen only here. So is what
+executions have shown to end elsewhere though nothing falls, as a fruit that rolls on a dish.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -17,7 +18,7 @@ from tamp.execution.monitor import Monitor
 from tamp.pipeline.prepare import Setup
 from tamp.pipeline.strategies.serialization.plan_state import after, errands
 from tamp.scoring.total_error import shortfall
-from tamp.task import Fall, Plan, Pose, Task
+from tamp.task import Fall, Plan, Pose, Release, Task
 from tamp.world.robot.model import RobotModel
 
 if TYPE_CHECKING:
@@ -54,7 +55,9 @@ class Astray:
         return f"rehearsed: {self.deviation}"
 
 
-def rehearsal(setup: Setup, plan: Plan, near: Mapping[str, Pose] | None = None) -> Iterator[Astray]:
+def rehearsal(
+    setup: Setup, plan: Plan, near: Mapping[str, Pose] | None = None, unsteady: Collection[str] = ()
+) -> Iterator[Astray]:
     """Yield what goes astray in the simulator that settles scenes.
 
     How long an execution may take does not count: a plan that is never carried out has no such limit.
@@ -64,8 +67,9 @@ def rehearsal(setup: Setup, plan: Plan, near: Mapping[str, Pose] | None = None) 
         plan: to be carried out.
         near: where all objects are before a plan that brings some merely near their goals. It does not matter there
             how they come to rest, if only that is better.
+        unsteady: objects all of whose transfers are carried out, whether or not anything falls.
     """
-    for last, part in with_falls(setup.world.robot, plan):
+    for last, part in uncertain_parts(setup.world.robot, plan, unsteady):
         few, simulator = among_few(setup, part), setup.settings.settling
         run = execute(*few, monitor=LENIENT, simulator=simulator, settle=False)
         if (
@@ -113,14 +117,15 @@ def _over(one: Box, other: Box) -> bool:
     return bool((one[0] < other[1]).all() and (other[0] < one[1]).all())
 
 
-def with_falls(robot: RobotModel, plan: Plan) -> Iterator[tuple[int, Plan]]:
-    """The parts of a plan in which something falls, each as short as it can be: its hand is empty at both ends.
+def uncertain_parts(robot: RobotModel, plan: Plan, unsteady: Collection[str] = ()) -> Iterator[tuple[int, Plan]]:
+    """The parts of a plan in which something falls, or is let go that is unsteady; the hand is empty at both ends.
 
     Each begins where the plan says that what comes before it ends; the number of its last action comes with it.
     """
     done = 0
     for errand in errands(plan.actions):
-        if any(isinstance(step, Fall) for action in errand for step in action.steps):
+        steps = [step for action in errand for step in action.steps]
+        if any(isinstance(s, Fall) or (isinstance(s, Release) and s.object in unsteady) for s in steps):
             before = after(robot, replace(plan, actions=plan.actions[:done]))
             yield done + len(errand) - 1, replace(before, actions=errand)
         done += len(errand)
