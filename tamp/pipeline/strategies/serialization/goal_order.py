@@ -20,7 +20,7 @@ from tamp.pipeline.strategies.serialization.goal_graph import (
     under_goal,
 )
 from tamp.pipeline.strategies.serialization.goal_stability import GoalStability
-from tamp.pipeline.strategies.serialization.ledger import Early, Ledger
+from tamp.pipeline.strategies.serialization.goal_status import BroughtNear, GoalStatus
 from tamp.pipeline.strategies.serialization.nearest_placement import bring_near
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
 from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, LAST, Asker, Effort, reason
@@ -59,9 +59,9 @@ class Ordering:
         progress = Progress(attempt, unsteady=known.unsteady)
         self._asker = Asker(progress, seed, deadline, algorithm, unturned=unturned)
         self._prospects = Prospects(self._asker, {name: (start[name], why) for name, why in known.hopeless.items()})
-        self._ledger = Ledger(self._asker, known.unsteady)
-        self._stability = GoalStability(self._asker, self._ledger.reached)
-        self._early = Early(self._prospects)
+        self._goal_status = GoalStatus(self._asker, known.unsteady)
+        self._stability = GoalStability(self._asker, self._goal_status.reached)
+        self._brought_near = BroughtNear(self._prospects)
         self._together: list[Report] = []
         self._vain: dict[str, Placements] = {}
         self._upsetting: dict[str, Placements] = {}
@@ -74,11 +74,11 @@ class Ordering:
     @property
     def left(self) -> dict[str, str]:
         """Objects whose goals it does not reach, and symbolic goals that it does not -> why."""
-        return {**self._ledger.left, **self._ledger.facts}
+        return {**self._goal_status.left, **self._goal_status.facts}
 
     @property
     def _left(self) -> dict[str, str]:
-        return self._ledger.left
+        return self._goal_status.left
 
     @property
     def report(self) -> Report:
@@ -116,15 +116,15 @@ class Ordering:
             persistent: whether all goals at once are sought until time is up where some are left.
         """
         self._reach_objects(persistent)
-        if self._ledger.facts and not self._asker.late:
+        if self._goal_status.facts and not self._asker.late:
             self._reach_facts()
 
     def _reach_facts(self) -> None:
         """Reach the symbolic goals in one question, what objects have reached included."""
-        wanted = self._ledger.reached | self._ledger.facts.keys()
+        wanted = self._goal_status.reached | self._goal_status.facts.keys()
         solution = self._asker.ask(asking_for(self._asker.workspace, wanted), UNLIMITED, None)
         refused = reason(solution) if solution.plan is None else self._asker.refused(solution.plan)
-        self._ledger.facts = {} if refused is None else dict.fromkeys(self._ledger.facts, refused)
+        self._goal_status.facts = {} if refused is None else dict.fromkeys(self._goal_status.facts, refused)
 
     def _reach_objects(self, persistent: bool) -> None:
         begin, task = self.progress.now, self.progress.now.setup.task
@@ -132,55 +132,55 @@ class Ordering:
             with self._asker.within(self._asker.tuning.together_share):
                 if self._all_together(self._asker.tuning.together_iterations):
                     return
-        self._ledger.reach_troublesome()
+        self._goal_status.reach_troublesome()
         with self._asker.within(1.0 if persistent else self._asker.tuning.goals_share):
-            while self._sweep(EFFORTS[0], stuck(self._asker.workspace, self._left)):
+            while self._try_each(EFFORTS[0], stuck(self._asker.workspace, self._left)):
                 pass
         impossible = any(map(self._prospects.impossible, self._left))
         if not self._left or (impossible and persistent):
             return
         with self._asker.within(REST * self._asker.tuning.together_share):
             # What is at its goal stays there if it can: plans that take it away again are long, and much may go wrong.
-            staying = set() if persistent else self._ledger.reached
+            staying = set() if persistent else self._goal_status.reached
             iterations = 1 if stuck(begin.workspace, self._left) else self._asker.tuning.together_iterations
             reached = not impossible and self._all_together(iterations, staying)
         if not reached and not persistent:
-            self._come_near()
+            self._reach_or_bring_near()
         if reached or not persistent:
             return
-        self._climb_again((*EFFORTS, *LAST))
+        self._reach_with_restarts((*EFFORTS, *LAST))
         if self._left:
             self._asker.progress = replace(self.progress, now=begin, actions=[], before=[], pieces=[])
             while not self._asker.late and self._together[-1].status != "infeasible":
                 if self._all_together(UNLIMITED) or self._together[-1].status == "failed":
                     break
 
-    def _come_near(self) -> None:
+    def _reach_or_bring_near(self) -> None:
         """Reach goals, bring what is left near its own, which may clear the way to others; cut what gains nothing.
 
         In the first half of the time nothing is brought merely near before all efforts for goals were made.
         """
-        asker, self._early.since = self._asker, self._midst
+        asker, self._brought_near.since = self._asker, self._midst
         for efforts in (EFFORTS, LAST):
             nearer = True
             while self._left and nearer and not asker.late:
                 with asker.within(asker.tuning.goals_share):
-                    self._climb_again(efforts)
+                    self._reach_with_restarts(efforts)
                 if efforts is EFFORTS and clock.now() < self._midst:
                     break  # there is time for greater ones first
-                nearer = bring_near(asker, self._left.keys() & asker.workspace.goals.keys(), self._ledger.reached)
+                nearer = bring_near(asker, self._left.keys() & asker.workspace.goals.keys(), self._goal_status.reached)
         self.progress.cut_back()
         self._keep_the_best()
 
-    def _climb_again(self, efforts: Sequence[Effort]) -> None:
+    def _reach_with_restarts(self, efforts: Sequence[Effort]) -> None:
         """Reach one goal after the other; while that leaves any, begin again with one that it has left.
 
         The greatest effort comes once that has been tried: to take away again what bars a goal takes longer.
         """
         for some in (efforts[:-1], efforts):
-            self._climb(some)
+            self._reach_in_turn(some)
             while self._left and self._start_over():
-                self._climb(some)
+                self._reach_in_turn(some)
 
     def _start_over(self) -> bool:
         """Reach a goal that is left from where all began, before any other; whether that was done.
@@ -197,11 +197,11 @@ class Ordering:
             if self._stability.falls(name) or self._stability.always_tips(name):
                 continue
             self._first.append(name)
-            former = self.progress, dict(self._left), set(self._ledger.reached)
+            former = self.progress, dict(self._left), set(self._goal_status.reached)
             asker.progress = replace(self.progress, now=self._begin, actions=[], before=[], pieces=[])
             if self._reach_first(name):
                 self._former.append(former)
-                self._ledger.restart()
+                self._goal_status.restart()
                 return True
             asker.progress = former[0]
         return False
@@ -221,25 +221,25 @@ class Ordering:
         for progress, left, reached in self._former:
             if progress.shortfall < self.progress.shortfall:
                 self._asker.progress = progress
-                self._ledger.resume(left, reached)
+                self._goal_status.resume(left, reached)
 
-    def _climb(self, efforts: Sequence[Effort]) -> None:
+    def _reach_in_turn(self, efforts: Sequence[Effort]) -> None:
         """Reach one goal after the other, with growing effort, but with little for what is nearly there."""
         level = 0
         while self._left and level < len(efforts) and not self._asker.late:
-            level = 0 if self._advance(efforts[level]) else level + 1
-        self._ledger.reach_near(list(self._left))
+            level = 0 if self._reach_or_make_room(efforts[level]) else level + 1
+        self._goal_status.reach_near(list(self._left))
 
-    def _advance(self, effort: Effort) -> bool:
+    def _reach_or_make_room(self, effort: Effort) -> bool:
         """Reach goals, or count as reached what is near, or make room where hands lack it; whether anything came of it.
 
         Crowded objects come last. That they look stuck is a guess: to try each takes less time than to seek a nudge.
         """
         crowded = set() if effort.others_move else stuck(self._asker.workspace, self._left)
-        if self._sweep(effort, crowded) or (crowded and self._sweep(effort, self._left.keys() - crowded)):
+        if self._try_each(effort, crowded) or (crowded and self._try_each(effort, self._left.keys() - crowded)):
             return True
-        near = self._ledger.reach_near(list(self._left))
-        return near or (bool(crowded) and make_room(self._asker, crowded, self._ledger.reached))
+        near = self._goal_status.reach_near(list(self._left))
+        return near or (bool(crowded) and make_room(self._asker, crowded, self._goal_status.reached))
 
     def _all_together(self, iterations: int, staying: Collection[str] = ()) -> bool:
         """Plan for all goals together, while some objects stay where they are; whether that succeeded."""
@@ -250,10 +250,10 @@ class Ordering:
         self._together.append(solution.report if proven else replace(solution.report, status="failed"))
         if solution.plan is None or self._asker.refused(solution.plan) is not None:
             return False
-        self._ledger.clear()
+        self._goal_status.clear()
         return True
 
-    def _sweep(self, effort: Effort, spared: Container[str] = ()) -> bool:
+    def _try_each(self, effort: Effort, spared: Container[str] = ()) -> bool:
         """Try every goal that is left once; whether any was reached. The dearer ones end with the first that is.
 
         Those come first that were tried least: one that fails again and again shall not take the time of all.
@@ -283,9 +283,9 @@ class Ordering:
         start, goals = workspace.start, workspace.goals
         if missing := self._missing(name):
             self._left[name] = f"its goal rests on {missing[0]}, which is not at its own"
-            return effort.others_move and self._early.bring(name, self._left, self._ledger.reached)
+            return effort.others_move and self._brought_near.bring(name, self._left, self._goal_status.reached)
         if name in goals and start[name] == goals[name]:
-            self._ledger.reach(name)
+            self._goal_status.reach(name)
             return True
         bar = self._barred(name)
         if bar is not None and not effort.others_move:
@@ -298,18 +298,18 @@ class Ordering:
             against = prospects.against(name) if effort.others_move else prospects.known_against(name)
             if against is not None:
                 self._left[name] = against
-                brought = effort.others_move and self._early.bring(name, self._left, self._ledger.reached)
-                return self._ledger.reach_near([name]) or brought
+                brought = effort.others_move and self._brought_near.bring(name, self._left, self._goal_status.reached)
+                return self._goal_status.reach_near([name]) or brought
         if bar is None and name not in self._turned and prospects.turned(name):
             self._turned.add(name)
             if self._turn_over(name, effort):
                 return True
-        asked = asking_for(self._asker.workspace, self._ledger.reached | {name})
+        asked = asking_for(self._asker.workspace, self._goal_status.reached | {name})
         turned = {name} if self._prospects.turned(name) and not self._asker.stays_unturned(name) else set[str]()
         always_tips = self._stability.always_tips(name)
         unsure = bar is None and (always_tips or self._stability.uncertain(name))
         if unsure and self._stability.brought_to_rest(name, turned, effort):
-            return self._ledger.reach_near([name])
+            return self._goal_status.reach_near([name])
         if always_tips or (unsure and self._stability.falls(name)):
             until = " before others come" if self._stability.awaited(name) else ""
             self._left[name] = f"it does not stay there{until}"
@@ -327,12 +327,12 @@ class Ordering:
 
         Two grasps that do so on the way are sought last: hands must have room for both, there and at the start.
         """
-        asked = asking_for(self._asker.workspace, self._ledger.reached | {name})
+        asked = asking_for(self._asker.workspace, self._goal_status.reached | {name})
         if not self._stability.uncertain(name):
             solution = self._asker.ask(asked, EFFORTS[0].iterations, {name}, about=name)
             if solution.plan is not None and self._take(name, effort, solution, ()):
                 return True
-        if not turn_over(self._asker, name, self._ledger.reached):
+        if not turn_over(self._asker, name, self._goal_status.reached):
             return False
         self._prospects.forget(name)
         return True
@@ -345,7 +345,7 @@ class Ordering:
         rejected, pieces = len(self.progress.rejections), len(self.progress.pieces)
         refused = reason(solution) if solution.plan is None else self._asker.refused(solution.plan, name)
         if refused is None:
-            self._ledger.reach(name)
+            self._goal_status.reach(name)
             return True
         self._left[name] = refused
         if len(self.progress.pieces) > pieces:
@@ -355,7 +355,7 @@ class Ordering:
             self._prospects.mislead(name)
         tips = name in workspace.goals and tips_with(workspace, name, workspace.goals[name])
         if (sent_back or tips) and self._stability.brought_to_rest(name, turned, effort):
-            return self._ledger.reach_near([name])
+            return self._goal_status.reach_near([name])
         if tips:
             self._upsetting[name] = surroundings(self._asker.workspace, name)
         if solution.plan is None:

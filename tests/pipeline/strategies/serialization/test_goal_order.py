@@ -47,8 +47,8 @@ def test_a_short_try_in_vain_waits_for_a_change_nearby(monkeypatch, beside, trie
 
     monkeypatch.setattr(Asker, "ask", ask)
     search = Ordering(attempt, 0, time.monotonic() + 600.0, "adaptive")
-    assert search._sweep(EFFORTS[0])  # red leaves
-    assert not search._sweep(EFFORTS[0])
+    assert search._try_each(EFFORTS[0])  # red leaves
+    assert not search._try_each(EFFORTS[0])
     assert asked.count({"cube"}) == tries
 
 
@@ -148,7 +148,7 @@ def test_others_step_aside_where_the_goal_is_taken():
     first, second = (Object(n, RED.shape, a, At(b)) for n, a, b in (("a", here, there), ("b", there, here)))
     ordering = Ordering(attempt(Task("swap", (first, second))), 0, time.monotonic() + 300.0, "adaptive")
     for effort in EFFORTS:
-        if ordering._sweep(effort):
+        if ordering._try_each(effort):
             break
     assert effort.others_move
     assert len(ordering.left) == 1
@@ -159,7 +159,7 @@ def test_what_would_rest_beside_another_that_is_at_its_goal_has_that_step_aside(
     can = Object("can", Cylinder(0.015, 0.1), lying, At(goal))
     block = Object("block", Box((0.05, 0.05, 0.08)), Pose((0.05, -0.2, 0.04)), mass=0.3)
     ordering = Ordering(attempt(Task("beside", (can, block))), 0, time.monotonic() + 60.0, "adaptive")
-    assert any(ordering._sweep(effort) for effort in EFFORTS) and not ordering.left
+    assert any(ordering._try_each(effort) for effort in EFFORTS) and not ordering.left
     assert math.dist(ordering.progress.start["can"].pose.xyz, goal.xyz) < 0.005
 
 
@@ -188,7 +188,7 @@ def test_what_no_sample_was_of_use_for_is_asked_again_with_others(monkeypatch, s
     monkeypatch.setattr(Prospects, "against", lambda self, name: None)
     ordering = Ordering(attempt(Task("one", (RED,))), 0, time.monotonic() + 600.0, "adaptive")
     for effort in EFFORTS:
-        assert not ordering._sweep(effort)
+        assert not ordering._try_each(effort)
     assert len(seeds) == drawn
 
 
@@ -203,7 +203,7 @@ def test_goals_that_were_tried_least_come_first(monkeypatch):
     monkeypatch.setattr(Prospects, "against", lambda self, name: None if name != "cube" or len(asked) > 1 else "time")
     ordering = Ordering(attempt(Task("three", (RED, CUBE, CLOSE))), 0, time.monotonic() + 600.0, "adaptive")
     for _ in range(2):
-        ordering._sweep(EFFORTS[-1])
+        ordering._try_each(EFFORTS[-1])
     assert sorted(asked[:2]) == ["close", "red"]
     assert asked[2] == "cube"
 
@@ -259,7 +259,7 @@ def test_what_the_checker_refuses_is_tried_by_way_of_another_grasp(monkeypatch):
     monkeypatch.setattr(Asker, "refused", lambda self, actions, about: "slides farther than it can")
     ordering = Ordering(attempt(Task("one", (RED,))), 0, time.monotonic() + 600.0, "adaptive")
     for effort in (EFFORTS[0], EFFORTS[-1], EFFORTS[-1]):
-        assert not ordering._sweep(effort)
+        assert not ordering._try_each(effort)
     assert ordering.left == {"red": "slides farther than it can"}
     # At first by any grasp, at last not by the one that serves both; what is asked in between is whether it can alone.
     assert asked[0] == set()
@@ -296,7 +296,7 @@ def test_what_is_at_its_goal_stays_there_while_all_that_is_left_is_tried_togethe
     done = replace(RED, pose=RED.goal.pose)
     here = Object("here", RED.shape, Pose((0.2, 0.2, 0.04)), At(Pose((0.2, -0.3, 0.04))))
     ordering = Ordering(attempt(Task("two", (done, here))), 0, time.monotonic() + 600.0, "adaptive")
-    monkeypatch.setattr(ordering, "_come_near", lambda: None)
+    monkeypatch.setattr(ordering, "_reach_or_bring_near", lambda: None)
     ordering.run()
     assert set(asked[-1]) == {"here"}
 
@@ -311,7 +311,7 @@ def test_that_goals_fail_while_what_is_at_its_own_stays_proves_nothing(monkeypat
     done, here = replace(RED, pose=RED.goal.pose), replace(RED, name="here", goal=At(Pose((0.2, -0.3, 0.04))))
     for objects, status in (((done, here), "failed"), ((here,), "infeasible")):
         ordering = Ordering(attempt(Task("two", objects)), 0, time.monotonic() + 600.0, "adaptive")
-        monkeypatch.setattr(ordering, "_come_near", lambda: None)
+        monkeypatch.setattr(ordering, "_reach_or_bring_near", lambda: None)
         ordering.run()
         assert ordering.report.status == status
 
@@ -337,7 +337,7 @@ def test_what_nothing_holds_at_its_goal_waits_for_others_that_may_though_a_simul
         return ask(asker, *args, **options)
 
     monkeypatch.setattr(Asker, "ask", ask)
-    ordering._sweep(EFFORTS[0], {"cube"})
+    ordering._try_each(EFFORTS[0], {"cube"})
     assert bool(questions) is asked
     assert asked or ordering.left["red"] == "it does not stay there before others come"
 
@@ -361,6 +361,6 @@ def test_what_would_tip_what_carries_it_is_not_asked_for_again_before_others_com
 
     monkeypatch.setattr(Asker, "ask", ask)
     for effort in EFFORTS[:2]:
-        ordering._sweep(effort, {"weight1"})
+        ordering._try_each(effort, {"weight1"})
     assert questions == [["weight-1", "weight1"], ["weight-1"]], "whether it reaches its goal if it is alone"
     assert ordering.left["weight-1"].endswith("plank, post would tip")

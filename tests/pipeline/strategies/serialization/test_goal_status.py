@@ -6,9 +6,9 @@ from dataclasses import replace
 import pytest
 
 from tamp.pipeline.prepare import prepare
-from tamp.pipeline.strategies.serialization import ledger as early
+from tamp.pipeline.strategies.serialization import goal_status as early
 from tamp.pipeline.strategies.serialization.feasibility import Prospects
-from tamp.pipeline.strategies.serialization.ledger import Early, Ledger
+from tamp.pipeline.strategies.serialization.goal_status import BroughtNear, GoalStatus
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
 from tamp.pipeline.strategies.serialization.subproblem import Asker
 from tamp.task import At, Pose, Task, load_robot
@@ -20,7 +20,7 @@ def test_what_has_no_hope_is_brought_near_once_if_far_and_not_to_where_others_sh
     asker = Asker(Progress(Attempt.of(setup, setup.start, load_robot("panda").home, None)), 0, math.inf, "adaptive")
     here, asked = asker.workspace.start, []
     monkeypatch.setattr(early, "bring_near", lambda _, names, __, free: asked.append((names, free)) or True)
-    without_hope = Early(Prospects(asker, {name: (here[name], "no grasp") for name in ("red", "close")}))
+    without_hope = BroughtNear(Prospects(asker, {name: (here[name], "no grasp") for name in ("red", "close")}))
     names = ["red", "top", "cube", "close"]
     assert not any(without_hope.bring(name, names, ()) for name in names)  # before it is time for that
     without_hope.since = 0.0
@@ -28,14 +28,14 @@ def test_what_has_no_hope_is_brought_near_once_if_far_and_not_to_where_others_sh
     assert asked == [({"red"}, {"cube"}), ({"top"}, {"cube"})]
 
 
-def ledger(*objects, unsteady=()):
-    return Ledger(Asker(Progress(attempt(Task("goals", objects))), 0, math.inf, "adaptive"), unsteady)
+def status(*objects, unsteady=()):
+    return GoalStatus(Asker(Progress(attempt(Task("goals", objects))), 0, math.inf, "adaptive"), unsteady)
 
 
 @pytest.mark.parametrize(("off", "near"), [(0.02, True), (0.04, False)])
 def test_what_is_near_its_goal_counts_as_there_and_stands_at_it_from_then_on(off, near):
     x, y, z = RED.goal.pose.xyz
-    goals = ledger(replace(RED, pose=Pose((x + off, y, z))))
+    goals = status(replace(RED, pose=Pose((x + off, y, z))))
     assert goals.reach_near(["red"]) is near
     assert (goals.reached, set(goals.left)) == (({"red"}, set()) if near else (set(), {"red"}))
     workspace = goals.asker.workspace
@@ -45,7 +45,7 @@ def test_what_is_near_its_goal_counts_as_there_and_stands_at_it_from_then_on(off
 @pytest.mark.parametrize(("unsteady", "left"), [((), {"near", "far"}), (("near", "far"), {"far"})])
 def test_what_can_be_grasped_is_not_given_up_while_others_are_far_unless_it_ends_elsewhere(unsteady, left):
     near, far = (replace(RED, name=name, pose=Pose((x, -0.2, 0.04))) for name, x in (("near", 0.07), ("far", 0.25)))
-    goals = ledger(near, replace(far, goal=At(Pose((0.25, 0.2, 0.04)))), unsteady=unsteady)
+    goals = status(near, replace(far, goal=At(Pose((0.25, 0.2, 0.04)))), unsteady=unsteady)
     goals.reach_troublesome()
     assert set(goals.left) == left
 
@@ -54,6 +54,6 @@ def test_what_can_be_grasped_is_not_given_up_while_others_are_far_unless_it_ends
 def test_what_lies_too_flat_for_any_hand_near_its_goal_stays_there_while_others_are_far(off, left):
     board = replace(BOARD, goal=At(Pose((-0.03, 0.3, 0.01))))
     red = replace(RED, pose=Pose((0.05, off - 0.2, 0.04)))
-    goals = ledger(board, red)
+    goals = status(board, red)
     goals.reach_troublesome()
     assert list(goals.left) == left

@@ -20,7 +20,7 @@ WAITS = "no time was left to plan for it"  # what is said of a goal until it is 
 
 
 @dataclass
-class Ledger:
+class GoalStatus:
     """The goals of a plan in the making.
 
     Attributes:
@@ -95,7 +95,7 @@ FAR = 0.15  # from its goal (EDE) is what is brought near before all else was tr
 
 
 @dataclass
-class Early:
+class BroughtNear:
     """Objects without hope, or without the time that it takes to tell, each brought near once.
 
     Where such a one lies near its goal, among others, hands have less room to take it up again than where it was.
