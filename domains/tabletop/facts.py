@@ -29,8 +29,9 @@ def facts(workspace: Workspace, question: Question) -> Iterator[Fact]:
         yield ("Grasp", *question.held)
         yield ("AtGrasp", *question.held)
     for name, placement in workspace.start.items():
-        needed = needed_below(workspace, name, question.may_move)
-        yield from _placement_facts(workspace.start, name, placement, needed)
+        wanted = _wanted_below(workspace.task.object(name))
+        leaving = [lower for lower in placement.on if question.may_move(lower) and lower not in wanted]
+        yield from _placement_facts(workspace.start, name, placement, needed_below(workspace, name, leaving))
         yield ("AtPose", name, placement)
         if question.may_move(name):
             yield ("MayMove", name)
@@ -46,6 +47,11 @@ def facts(workspace: Workspace, question: Question) -> Iterator[Fact]:
             if to_be_pushed(workspace, name, goal):  # no hand can put it down there
                 about = (fact for fact in about if fact[0] not in ("OnTable", "PutOnTable"))
             yield from about
+
+
+def _wanted_below(obj: Object) -> tuple[str, ...]:
+    """What an object shall be on or in: where it touches that, it is, whether or not it needs it to stay there."""
+    return (obj.goal.target,) if isinstance(obj.goal, On | In) else ()
 
 
 def _placement_facts(

@@ -8,7 +8,7 @@ walls and friction may still hold it (`friction_cones`); a pile that never stood
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -81,17 +81,22 @@ def _tips(workspace: Workspace, obj: str, around: Mapping[str, Placement], *, pu
     return workspace.cache.value(("upset", obj, put, pile_at(obj, around)), found)
 
 
-def needed_below(workspace: Workspace, obj: str, may_leave: Callable[[str], bool]) -> tuple[str, ...]:
-    """What an object rests on, but for what may leave, all at once, while nothing else moves.
+def needed_below(workspace: Workspace, obj: str, leaving: Iterable[str]) -> tuple[str, ...]:
+    """What an object rests on, but for what may leave, all of it at once, while nothing else moves.
 
     It touches that and does not need it, as what lies beside another in a box does. Physics tells: in a jam pushes have
     no one solution.
+
+    Args:
+        workspace: where all stand at the start.
+        obj: the object.
+        leaving: of what it rests on, what may leave, in the order in which it is tried.
     """
-    start, gone = workspace.start, set[str]()
-    for lower in start[obj].on if len(start[obj].on) > 1 else ():
-        if lower != TABLE and may_leave(lower) and _stays_without(workspace, obj, gone | {lower}):
+    on, gone = workspace.start[obj].on, set[str]()
+    for lower in leaving if len(on) > 1 else ():
+        if lower != TABLE and _stays_without(workspace, obj, gone | {lower}):
             gone.add(lower)
-    return tuple(lower for lower in start[obj].on if lower not in gone)
+    return tuple(lower for lower in on if lower not in gone)
 
 
 def _stays_without(workspace: Workspace, obj: str, gone: Collection[str]) -> bool:

@@ -82,8 +82,10 @@ def test_what_touches_another_and_needs_it_not_does_not_cover_it():
         Object(n, Box((0.05, 0.05, 0.06)), Pose((x, 0.0, 0.03))) for n, x in (("p", -0.1), ("q", 0.0), ("r", 0.1))
     ]
     plank = Object("plank", Box((0.3, 0.05, 0.02)), Pose((0.0, 0.0, 0.07)))
-    workspace = workspace_of(*blocks, plank, on={"plank": ("p", "q", "r")})
-    assert [(fact[0], fact[2]) for fact in facts(workspace, "RestsOn")] == [("plank", "q")]
+    on = {"plank": ("p", "q", "r")}
+    assert [fact[2] for fact in facts(workspace_of(*blocks, plank, on=on), "RestsOn")] == ["q"]
+    shall = wanting(plank, On("p"))  # it is on that, whether or not it needs it
+    assert [fact[2] for fact in facts(workspace_of(*blocks, shall, on=on), "RestsOn")] == ["p", "r"]
 
 
 def test_a_goal_pose_is_a_placement_to_be_reached(table):
