@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -66,13 +66,13 @@ def learn_refused(workspace: Workspace, obj: str, placement: Placement, let_go: 
 
 def learn_jolts(workspace: Workspace, obj: str, placement: Placement, let_go: Pose) -> None:
     """Let an object not fall so far, or farther, onto the same things anywhere: what stands on them would not stay."""
-    drop = min(let_go.xyz[2] - placement.pose.xyz[2], _jolting_drop(workspace, obj, placement))
+    drop = min(_drop(workspace, obj, placement, let_go), _jolting_drop(workspace, obj, placement))
     workspace.cache.learn(_jolt_key(workspace, obj, placement), drop)
 
 
 def refused(workspace: Workspace, obj: str, placement: Placement, let_go: Pose) -> bool:
     """Whether a fall from a pose to a placement is known to upset something."""
-    if let_go.xyz[2] - placement.pose.xyz[2] > _jolting_drop(workspace, obj, placement) - SAME_HEIGHT:
+    if _drop(workspace, obj, placement, let_go) > _jolting_drop(workspace, obj, placement) - SAME_HEIGHT:
         return True
     return workspace.cache.value(("refused", let_go, _pile_key(workspace, obj, placement)), lambda: False)
 
@@ -81,6 +81,13 @@ def _too_high(workspace: Workspace, obj: str, placement: Placement) -> float:
     """The height from which an object is known to upset the pile that it falls onto [m]; endless where none is."""
     jolting = placement.pose.xyz[2] + _jolting_drop(workspace, obj, placement)
     return min(jolting, workspace.cache.value(_pile_key(workspace, obj, placement), lambda: math.inf))
+
+
+def _drop(workspace: Workspace, obj: str, placement: Placement, let_go: Pose) -> float:
+    """How far the centre of mass of what is let go at a pose, and may turn as it falls, comes down [m]."""
+    ends = (replace(placement, pose=let_go), placement)
+    above, below = (float(center_at(workspace, obj, end)[2]) for end in ends)
+    return above - below
 
 
 def _jolting_drop(workspace: Workspace, obj: str, placement: Placement) -> float:

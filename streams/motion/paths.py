@@ -176,12 +176,13 @@ def _path(
     workspace: Workspace = context.scene
     ends = np.asarray(start.q), np.asarray(goal.q)
     seed = int(context.rng.integers(2**31))
+
+    def guarded(held_margin: float) -> KnownChecker:
+        return load_aware(workspace, scene, workspace.world.checker(scene, margin=margin, held_margin=held_margin))
+
     for held_margin, iterations in efforts:
-        tight, roomy = (
-            load_aware(workspace, scene, workspace.world.checker(scene, margin=margin, held_margin=held))
-            for held in (min(margin, held_margin), held_margin)
-        )
-        checker = RoomyChecker(tight, roomy, ends) if held_margin > margin else tight
+        tight = guarded(min(margin, held_margin))
+        checker = RoomyChecker(tight, guarded(held_margin), ends) if held_margin > margin else tight
         budget = max(context.deadline - clock.now(), 0.0)
         result = workspace.world.motions.plan(
             checker, *ends, seed=seed, timeout=budget, iterations=iterations, recheck=RECHECK

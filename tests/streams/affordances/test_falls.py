@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from tamp.checking.actions.fall import check_fall
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
+from tamp.formats.obj import box_obj
 from tamp.streams.affordances.falls import (
     HEIGHTS,
     drops,
@@ -214,6 +215,20 @@ def test_what_would_not_stay_beside_it_bars_falls_from_as_high_to_places_near_by
     assert [fall[0].xyz[2] for fall in drops(workspace, "block", elsewhere)] == least
     assert refused(workspace, "block", elsewhere, raised(elsewhere.pose, HEIGHTS[3]))
     assert not refused(workspace, "block", elsewhere, raised(elsewhere.pose, HEIGHTS[1]))
+
+
+def test_how_far_something_falls_is_told_by_its_middle_wherever_its_origin_is(tmp_path):
+    """Let go tilted, its origin, which is 10 cm aside of it, is lower than where it comes to lie."""
+    (tmp_path / "block.obj").write_text(box_obj("block", (0.085, -0.015, -0.02), (0.115, 0.015, 0.02)))
+    aside, height = Pose((0.1, 0.0, 0.0)), HEIGHTS[2]
+    place = Placement(GOAL @ aside.inverse(), ("crate",))
+    block = Object("block", Mesh(tmp_path / "block.obj"), BLOCK.pose @ aside.inverse(), At(place.pose))
+    workspace = replace(workspace_of(block, CRATE), goals={"block": place})
+    tilted = raised(GOAL, height) @ Pose.from_rpy((0.0, 0.0, 0.0), (0.0, -0.5, 0.0)) @ aside.inverse()
+    assert tilted.xyz[2] < place.pose.xyz[2]
+    learn_jolts(workspace, "block", place, tilted)
+    assert refused(workspace, "block", place, raised(place.pose, height))
+    assert not refused(workspace, "block", place, raised(place.pose, HEIGHTS[1]))
 
 
 def raised(pose, height):

@@ -23,7 +23,7 @@ def steps(timing: Timing, action: GroundAction) -> Action:
 def _steps(timing: Timing, slide: Slide) -> Iterator[Step]:
     pushed = Attachment(slide.object, slide.T_tool_object)
     yield timing.move("approach", slide.approach, slide.opening, touching=slide.object)
-    yield timing.push(pushed, slide.push, slide.opening, slide.start.on)
+    yield timing.push(pushed, slide.push, slide.opening, timing.still_below(slide.object, slide.start))
     timing.put(slide.object, slide.end.pose.matrix)
     if slide.fall:
         yield Fall(slide.object, slide.end.pose)

@@ -340,7 +340,7 @@ class Progress:
                 learn_upset(workspace, name, then)
             elif isinstance(way, Handling):
                 _learn_fall(workspace, way)
-                if wrong.bodies[:1] != (name,):
+                if wrong.bodies[:1] != (name,) and not wrong.depth:  # that is no body which it meets on its way down
                     learn_jolts(workspace, name, way.placement, way.let_go)
 
     def _learn_astray(self, astray: Astray, solution: Sequence[GroundAction]) -> None:

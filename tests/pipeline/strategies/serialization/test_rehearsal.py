@@ -17,6 +17,7 @@ from tamp.pipeline.strategies.serialization.partial_plan import INEXACT, Attempt
 from tamp.pipeline.strategies.serialization.plan_state import after, begins_at
 from tamp.pipeline.strategies.serialization.rehearsal import among_few, uncertain_parts
 from tamp.pipeline.strategies.serialization.subproblem import Asker
+from tamp.streams.affordances.falls import refused
 from tamp.streams.cache import SampleCache
 from tamp.streams.motion.handling_contacts import DISTURBING, disturbs, learn_disturbed
 from tamp.streams.values import Handling, Placement
@@ -167,6 +168,24 @@ def test_a_tilted_release_that_the_checker_refuses_is_not_planned_again(monkeypa
     assert Progress(state).take(plan, 0)
     again = Asker(Progress(state), 0, time.monotonic() + 600.0, "adaptive").ask(state.workspace, 30, None).plan
     assert again is None or again[-1].args[-1].let_go != handling.let_go
+
+
+@pytest.mark.parametrize(
+    ("bodies", "depth", "barred"),
+    [(("other", "book"), 0.0, True), (("other", "book"), 0.0012, False), (("book",), 0.0, False)],
+)
+def test_only_a_fall_that_upsets_another_is_barred_wherever_it_ends_on_the_same_things(
+    fallen, monkeypatch, bodies, depth, barred
+):
+    """Where something is met on the way down, or the object itself does not stay, it may fall near by."""
+    state, plan = fallen
+    state, way = replace(state, workspace=replace(state.workspace, cache=SampleCache())), plan[-1].args[-1]
+    wrong = Problem(len(plan) - 1, "lay(book, table)", 0.0, "fall", bodies, depth, "a fall goes wrong")
+    monkeypatch.setattr(Attempt, "checked", lambda self, piece: Verdict(problems=(wrong,)))
+    assert Progress(state).take(plan, 0)
+    aside = Pose((0.01, 0.0, 0.0))
+    elsewhere = replace(way.placement, pose=aside @ way.placement.pose)
+    assert refused(state.workspace, way.object, elsewhere, aside @ way.let_go) == barred
 
 
 def test_what_a_rehearsal_has_come_down_elsewhere_is_not_let_go_so_again(fallen, monkeypatch):
