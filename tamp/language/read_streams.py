@@ -109,7 +109,7 @@ class _StreamReader:
         for name in sorted(scope.keys() & output_scope.keys()):
             raise self.formulas.source.error(given[":outputs"], f"{name!r} is both input and output of {what}")
         domain = input_facts + self._facts(given.get(":domain"), scope)
-        certified = output_facts + self._facts(given.get(":certified"), {**scope, **output_scope})
+        certified = output_facts + self._certified(given.get(":certified"), {**scope, **output_scope}, what)
         self._mention(given, what)
         if not certified:
             self._warn(symbol, f"{what} certifies nothing: only what its sampler certifies besides can be of use")
@@ -210,7 +210,8 @@ class _StreamReader:
     def _mention(self, given: Mapping[str, Node], what: str) -> None:
         """Note the predicates of a :domain and a :certified, both read by now, that the domain does not declare."""
         for attribute, text in ((":domain", f"the :domain of {what} names"), (":certified", f"{what} certifies")):
-            for symbol in _predicates(given.get(attribute)):
+            for fact in self._conjuncts(given.get(attribute)):
+                symbol, _ = self.formulas.application(fact, "a fact such as (predicate ?x)")
                 if symbol.text not in self.domain.predicates:
                     said = str(self.formulas.source.error(symbol, f"{text} {symbol.text!r}"))
                     self.mentions.append(Mention(symbol.text, attribute == ":certified", said))
@@ -238,17 +239,36 @@ class _StreamReader:
 
     def _facts(self, node: Node | None, scope: Scope) -> tuple[Atom, ...]:
         """A conjunction of facts, flattened."""
+        return tuple(self.formulas.atom(fact, scope) for fact in self._conjuncts(node))
+
+    def _conjuncts(self, node: Node | None) -> Iterator[Node]:
+        """The facts of a conjunction, as they stand in the file; one fact is one of itself, none are none."""
         if node is None:
-            return ()
+            return
         group = self.formulas.group(node, "(and FACT ...) or a fact")
-        if not group.items:
-            return ()
-        head = group.items[0]
-        if not isinstance(head, Symbol):
-            raise self.formulas.source.error(node, f"expected (and FACT ...) or a fact, found {show(node)}")
-        if head.text == "and":
-            return tuple(fact for part in group.items[1:] for fact in self._facts(part, scope))
-        return (self.formulas.atom(node, scope),)
+        match group.items:
+            case ():
+                return
+            case (Symbol("and"), *parts):
+                for part in parts:
+                    yield from self._conjuncts(part)
+            case (Symbol(), *_):
+                yield group
+            case _:
+                raise self.formulas.source.error(node, f"expected (and FACT ...) or a fact, found {show(node)}")
+
+    def _certified(self, node: Node | None, scope: Scope, what: str) -> tuple[Atom, ...]:
+        """What a stream certifies, but for facts of another arity than their predicate's, which nothing can read."""
+        reader, readable = self.formulas, list[Atom]()
+        for fact in self._conjuncts(node):
+            head, args = reader.application(fact, "a fact such as (predicate ?x)")
+            declared = reader.predicates.get(head.text)
+            if declared is None or declared.arity == len(args):
+                readable.append(reader.atom(fact, scope))
+                continue
+            found = f"{what} certifies {head.text!r} of {len(args)} arguments, which nothing reads"
+            self._warn(head, f"{found}: the predicate takes {declared.arity}")
+        return tuple(readable)
 
     def _fluents(self, node: Node) -> tuple[str, ...]:
         """Names of predicates, in a list or alone."""
@@ -262,13 +282,3 @@ class _StreamReader:
                 self._warn(symbol, f"undeclared predicate {symbol.text!r}: no fact of it will ever be passed{hint}")
             names.append(symbol.text)
         return tuple(names)
-
-
-def _predicates(conjunction: Node | None) -> Iterator[Symbol]:
-    """The predicates of a conjunction of facts, where they stand."""
-    match conjunction:
-        case Group((Symbol("and"), *parts)):
-            for part in parts:
-                yield from _predicates(part)
-        case Group((Symbol() as head, *_)):
-            yield head

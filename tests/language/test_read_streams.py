@@ -69,8 +69,8 @@ BROKEN = [
     ("(Placeable ?b ?r)", "(not (Placeable ?b ?r))", r"expected a fact such as \(predicate \?x\), found '\(not ...\)'"),
     ("(Placeable ?b ?r)", "(or (Placeable ?b ?r))", "expected a fact"),
     ("(Placeable ?b ?r)", "Placeable", r"expected \(and FACT ...\) or a fact"),
-    ("(Contained ?b ?p ?r)", "(CFree ?b ?p ?r)", "'cfree' takes 4 arguments, found 3"),
-    ("(Contained ?b ?p ?r)", "(Kin ?b ?p ?r)", "'kin' takes 2 arguments, found 3"),
+    ("(Placeable ?b ?r)", "(CFree ?b ?r ?r)", "'cfree' takes 4 arguments, found 3"),
+    ("(Placeable ?b ?r)", "(Kin ?b ?r ?r)", "'kin' takes 2 arguments, found 3"),
     ("?b - block ?r", "?b - blck ?r", "undeclared type 'blck'; did you mean 'block'"),
     ("?b - block ?r", "?b ?b", r"variable '\?b' is named twice"),
     ("(?p - pose)", "(?b - pose)", r"'\?b' is both input and output of stream 'sample-pose'"),
@@ -102,6 +102,11 @@ def test_mistakes_are_named_where_they_stand(right, wrong, message):
     ("old", "new", "message"),
     [
         (":outputs (?b) :certified (block ?b)", ":outputs (?b)", r"stream:\d+:\d+: stream 'spawn' certifies nothing"),
+        (
+            "(Contained ?b ?p ?r)",
+            "(CFree ?b ?p ?r)",
+            r"stream:\d+:\d+: stream 'sample-pose' certifies 'cfree' of 3 arguments, which nothing reads: .* takes 4",
+        ),
         (":fluents (AtPose On)", ":fluents (AtPos On)", r"stream:\d+:\d+: undeclared predicate 'atpos'.*'atpose'"),
     ],
 )
