@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.actions.given_way import check_given_way, told_apart
+from tamp.checking.actions.left_standing import check_rest
 from tamp.checking.actions.tabletop import TABLETOP
 from tamp.checking.replay import Replay
 from tamp.checking.scene import ROBOT, TABLE, Scene, State
 from tamp.checking.start_and_goals import check_continued, check_goals, check_home, check_start, note_stayed
 from tamp.checking.tolerances import DEFAULT, Tolerances
-from tamp.checking.verdict import Verdict
+from tamp.checking.verdict import Problem, Verdict
 from tamp.errors import PartError, PlanError, TampError, TaskError, told
 from tamp.task.robots import task_robot
 from tamp.task.validate import check_sizes
@@ -84,6 +85,23 @@ def check(
     check_goals(replay, plan, goals)
     problems = tuple(sorted(replay.problems, key=lambda problem: problem.time))
     return Verdict(problems, frozenset(replay.state.facts), replay.state)
+
+
+def check_left(task: Task, name: str, poses: Mapping[str, Pose], *, allow: Tolerances = DEFAULT) -> tuple[Problem, ...]:
+    """What is wrong with an object that is let go at a pose, whoever put it there: it would not stay, or upset others.
+
+    Args:
+        task: the shapes.
+        name: the object.
+        poses: where it is let go, and where all that is there stands (world frame).
+        allow: tolerances.
+    """
+    scene = Scene.of(task)
+    spec = scene.links.tree.spec
+    q, matrices = np.array(spec.home, dtype=np.float64), {other: poses[other].matrix for other in sorted(poses)}
+    replay = Replay(scene, State(matrices, q, spec.gripper.stroke), allow)
+    check_rest(scene, replay.state, name, allow, replay.report)
+    return tuple(replay.problems)
 
 
 def _ruled(rule: ActionRule, replay: Replay, action: Action) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking import Verdict, check
-from tamp.checking.check import begin
+from tamp.checking.check import begin, check_left
 from tamp.checking.scene import State
 from tamp.domains.catalog import load_domain
 from tamp.domains.domain import Domain
@@ -143,6 +143,10 @@ class Setup:
     ) -> Verdict:
         """The independent checker's word on a plan from a known state, by the rules of the domain; see `check`."""
         return check(self.task, plan, start=start, goals=goals, facts=facts, rules=self.domain.rules, after=after)
+
+    def stays(self, name: str, poses: Mapping[str, Pose]) -> bool:
+        """Whether the checker has an object stay that is let go among others, all at `poses`, whoever put it there."""
+        return not check_left(self.task, name, poses)
 
     def begun(self, poses: Mapping[str, Pose], q: tuple[float, ...], facts: Iterable[SymbolicFact]) -> State | None:
         """What the checker knows before a plan from the task's own scene; None from any other, which was seen."""

@@ -24,13 +24,23 @@ SAME_PLACE = 0.01  # an object this near to its goal (EDE) counts as being there
 
 def placements(poses: Mapping[str, Pose], supports: Iterable[tuple[str, str]]) -> dict[str, Placement]:
     """Placements from poses and (above, below) pairs; bodies that lean on each other support neither."""
-    pairs = set(supports)
     below: dict[str, set[str]] = {name: set() for name in poses}
-    for upper, lower in pairs:
+    for upper, lower in supports:
         if upper in below:
             below[upper].add(lower)
-    kept = {name: {lower for lower in lowers if name not in _all_below(below, lower)} for name, lowers in below.items()}
+    kept = _without_rings(below)
     return {name: Placement(pose, tuple(sorted(kept[name])) or (TABLE,)) for name, pose in poses.items()}
+
+
+def _without_rings(below: Mapping[str, set[str]]) -> Mapping[str, set[str]]:
+    """The same where nothing rests on itself: what stands on something outside of a ring is not carried by the ring."""
+    while True:
+        ring = {name: {low for low in lows if name in _all_below(below, low)} for name, lows in below.items()}
+        if not any(ring.values()):
+            return below
+        carried = {name for name, inside in ring.items() if inside and below[name] > inside}
+        freed = carried or ring.keys()
+        below = {name: lows - ring[name] if name in freed else lows for name, lows in below.items()}
 
 
 def _all_below(below: Mapping[str, set[str]], name: str) -> set[str]:

@@ -14,8 +14,9 @@ from tamp.execution.executor import WATCHFUL
 from tamp.execution.log import Execution
 from tamp.pipeline.options.settings import Settings
 from tamp.pipeline.prepare import Setup
+from tamp.pipeline.strategies.serialization.attempt import Attempt
 from tamp.pipeline.strategies.serialization.goal_graph import asking_for
-from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
+from tamp.pipeline.strategies.serialization.partial_plan import Progress
 from tamp.pipeline.strategies.serialization.plan_state import after
 from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker
 from tamp.planning import Context, GroundAction

@@ -83,7 +83,7 @@ def _come_to_rest(
     workspace: Workspace, name: str, place: Placement, simulator: str
 ) -> tuple[Placement | None, frozenset[str]]:
     """What `settled` says, and which others are pushed where it is None for that."""
-    poses = {other: workspace.start[other].pose for other in _company(workspace, name, place)}
+    poses = {other: workspace.start[other].pose for other in company(workspace, name, place)}
     after = settle(workspace.task, {**poses, name: place.pose}, limit_s=SETTLING_S, simulator=simulator)
     low, _ = workspace.bounds(name, after.poses[name])
     if not after.resting or low[2] < -workspace.task.table.thickness:
@@ -110,7 +110,7 @@ def _overlaps(workspace: Workspace, name: str, place: Placement, others: Iterabl
     return any(overlap(workspace, name, place, other, workspace.start[other]) for other in others)
 
 
-def _company(workspace: Workspace, name: str, place: Placement) -> list[str]:
+def company(workspace: Workspace, name: str, place: Placement) -> list[str]:
     """What an object may meet as it comes to rest, and whatever that rests on or carries; all else keeps still."""
     low, high = workspace.bounds(name, place.pose)
     found, touched = set[str](), set[str]()
@@ -122,7 +122,7 @@ def _company(workspace: Workspace, name: str, place: Placement) -> list[str]:
     while touched > found:
         found = set(touched)
         touched = found.union(*(pair for pair in pairs if pair & found))
-    return sorted(found)
+    return sorted(found & workspace.start.keys())
 
 
 GAIN = 0.03  # a placement must bring the object this much nearer to its goal (EDE) [m]

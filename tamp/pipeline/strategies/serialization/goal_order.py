@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from tamp import clock
 from tamp.pipeline.strategies.known import NOTHING, Known
+from tamp.pipeline.strategies.serialization.attempt import Attempt
 from tamp.pipeline.strategies.serialization.clear_space import make_room, stuck
 from tamp.pipeline.strategies.serialization.feasibility import Prospects, barred, clearest_first
 from tamp.pipeline.strategies.serialization.goal_graph import (
@@ -22,7 +23,7 @@ from tamp.pipeline.strategies.serialization.goal_graph import (
 from tamp.pipeline.strategies.serialization.goal_stability import GoalStability
 from tamp.pipeline.strategies.serialization.goal_status import BroughtNear, GoalStatus
 from tamp.pipeline.strategies.serialization.nearest_placement import bring_near
-from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
+from tamp.pipeline.strategies.serialization.partial_plan import Progress
 from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, LAST, Asker, Effort, reason
 from tamp.pipeline.strategies.serialization.turning_over import turn_over
 from tamp.planning import Report, Solution, combined
@@ -143,7 +144,8 @@ class Ordering:
             # What is at its goal stays there if it can: plans that take it away again are long, and much may go wrong.
             staying = set() if persistent else self._goal_status.reached
             iterations = 1 if stuck(begin.workspace, self._left) else self._asker.tuning.together_iterations
-            reached = not impossible and self._all_together(iterations, staying)
+            hopeless = impossible or any(map(self._stability.never_stays, self._left))
+            reached = not hopeless and self._all_together(iterations, staying)
         if not reached and not persistent:
             self._reach_or_bring_near()
         if reached or not persistent:
@@ -194,7 +196,7 @@ class Ordering:
                 break
             if name in self._first or self._missing(name) or self._prospects.known_against(name):
                 continue
-            if self._stability.falls(name) or self._stability.always_tips(name):
+            if self._stability.falls(name) or self._stability.never_stays(name):
                 continue
             self._first.append(name)
             former = self.progress, dict(self._left), set(self._goal_status.reached)
@@ -211,6 +213,9 @@ class Ordering:
         asker, prospects = self._asker, self._prospects
         wanted = {other for first in self._first for other in (first, *under_goal(asker.workspace, first))}
         with asker.within(asker.tuning.one_goal_share, asker.tuning.one_goal_least_s):
+            goal = asker.workspace.goals.get(name)
+            if goal is not None and not self.progress.now.stays(name, goal, wanted):
+                return False
             asked, known = asking_for(asker.workspace, wanted), prospects.plans.get(name)
             iterations, regrasped = EFFORTS[-1].iterations, prospects.regrasped & wanted
             solution = asker.ask(asked, iterations, None, regrasped=regrasped, about=name, known=known)
@@ -306,11 +311,12 @@ class Ordering:
                 return True
         asked = asking_for(self._asker.workspace, self._goal_status.reached | {name})
         turned = {name} if self._prospects.turned(name) and not self._asker.stays_unturned(name) else set[str]()
-        always_tips = self._stability.always_tips(name)
-        unsure = bar is None and (always_tips or self._stability.uncertain(name))
+        never_stays = self._stability.never_stays(name)
+        unsure = bar is None and (never_stays or self._stability.uncertain(name))
         if unsure and self._stability.brought_to_rest(name, turned, effort):
             return self._goal_status.reach_near([name])
-        if always_tips or (unsure and self._stability.falls(name)):
+        goes_on = never_stays or self._stability.goes_on(name, others_move=effort.others_move)
+        if goes_on or (unsure and self._stability.falls(name)):
             until = " before others come" if self._stability.awaited(name) else ""
             self._left[name] = f"it does not stay there{until}"
             return False

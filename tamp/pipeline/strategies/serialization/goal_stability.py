@@ -18,7 +18,6 @@ from tamp.streams.affordances.support import stands_on
 from tamp.streams.workspace import TABLE, Workspace
 
 FALLS = 0.03  # what comes to rest so far from its goal (EDE) does not stay there [m]
-GOES_ON = 0.01  # what comes to rest so far from where it was let go (EDE) the checker refuses to have let go there [m]
 FELT = 0.003  # surface so near to another body touches it: the checker counts on no more [m]
 
 
@@ -34,7 +33,6 @@ class GoalStability:
         self._asker = asker
         self._reached = reached
         self._rested: dict[tuple[str, Effort], Placements] = {}
-        self._going_on: dict[str, tuple[Placements, bool]] = {}
         self._fallen: dict[str, Placements] = {}
 
     def uncertain(self, name: str) -> bool:
@@ -54,40 +52,37 @@ class GoalStability:
         turns = rolls(geometry, goal.pose.matrix[:3, :3]) or not stands_on(workspace, name, goal, under)
         return turns or self.goes_on(name)
 
-    def goes_on(self, name: str) -> bool:
-        """Whether physics has an object go on from its goal by more than the checker lets what is let go.
+    def goes_on(self, name: str, *, others_move: bool = False) -> bool:
+        """Whether the checker refuses to have an object let go at its goal, with all that stands there by now.
 
-        What is convex, on what is convex, does not if it is in balance; nor does what nothing else is to touch there,
-        since goals are at rest together.
+        Goals are at rest together, by physics; by what the checker knows for certain a few never are.
+        `others_move`: whether what is not at its goal may leave before.
         """
-        workspace = self._asker.workspace
-        bodies = [name, *goal_supports(workspace, name)]
-        convex = all(len(workspace.world.geometries[body].parts) == 1 for body in bodies)
-        if convex or not self.awaited(name):
-            return False
-        here, (seen, found) = surroundings(workspace, name), self._going_on.get(name, (None, False))
-        if seen != here:
-            there = rest_from_goal(self._asker, name)
-            found = there is not None and away(there, name) > GOES_ON
-            self._going_on[name] = here, found
-        return found
+        now, workspace = self._asker.progress.now, self._asker.workspace
+        start, goals = workspace.start, workspace.goals
+        if others_move:
+            start = {other: place for other, place in start.items() if goals.get(other, place) == place}
+        return name in goals and not replace(now, workspace=replace(workspace, start=start)).stays(name, goals[name])
 
     def falls(self, name: str) -> bool:
         """Whether an object is known to fall from its goal, or to go on, with all that stands there by now."""
         return self._fallen.get(name) == surroundings(self._asker.workspace, name)
 
-    def always_tips(self, name: str) -> bool:
-        """Whether an object tips what it rests on at its goal, whatever comes to its own goal before it.
+    def never_stays(self, name: str) -> bool:
+        """Whether an object does not stay at its goal, or tips what it rests on, whatever comes to its own goal before.
 
         All others do that but for what rests on the object: only those could hold it.
         """
         workspace = self._asker.workspace
-        if name not in workspace.goals or workspace.goals[name].on == (TABLE,):
+        if name not in workspace.goals:
             return False
+        goal = workspace.goals[name]
         upon = {other for other in workspace.goals if name in under_goal(workspace, other)}
         others = {**workspace.start, **workspace.goals}
         before = replace(workspace, start={other: others[other] for other in others.keys() - upon})
-        return tips_with(before, name, workspace.goals[name])
+        if goal.on != (TABLE,) and tips_with(before, name, goal):
+            return True
+        return not replace(self._asker.progress.now, workspace=before).stays(name, goal)
 
     def brought_to_rest(self, name: str, turned: Collection[str], effort: Effort) -> bool:
         """Put an object to where it comes to rest from its goal, if that is near; whether it was.

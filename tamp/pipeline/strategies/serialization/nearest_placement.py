@@ -263,7 +263,7 @@ def bring_to_rest(
     place, coming = there.start[name], {other for other, goal in there.goals.items() if goal != there.start[other]}
     after = {other for other in coming if effort.others_move and name in there.goals[other].on}
     waits = effort in EFFORTS[:-1] and _covers(there, name, place, coming - after - {name})
-    if waits or tips_with(there, name, place):
+    if waits or tips_with(there, name, place) or not asker.progress.now.stays(name, place):
         return False
     movable = None if effort.others_move else ()
     return _put(asker, name, place, kept, (), effort.iterations, regrasped, movable)
@@ -272,7 +272,7 @@ def bring_to_rest(
 def _put_near(asker: Asker, name: str, grips: Grips, kept: Collection[str], free: Collection[str]) -> bool:
     """Put an object to the nearest place that it reaches, wherever it comes to rest there."""
     workspace, rejections = asker.workspace, asker.progress.rejections
-    looks, tries, vain, unseen = LOOKS, TRIES, list[Placement](), list[Placement]()
+    looks, tries, vain, unseen, stays = LOOKS, TRIES, list[Placement](), list[Placement](), asker.progress.now.stays
     refused = set[tuple[str, ...]]()  # what the checker has not let it be put on: it would not there beside either
 
     def hopeful(place: Placement) -> bool:
@@ -287,6 +287,8 @@ def _put_near(asker: Asker, name: str, grips: Grips, kept: Collection[str], free
             continue
         if hopeful(place):
             looks -= 1
+            if not stays(name, place):
+                continue
             serving = grips.serving(place)
             if serving:
                 tries, before = tries - 1, len(rejections)
@@ -296,7 +298,7 @@ def _put_near(asker: Asker, name: str, grips: Grips, kept: Collection[str], free
                     refused.add(place.on)
                 continue
             vain.append(place)
-        if len(unseen) < UNSEEN and (place.on != (TABLE,) or layable(workspace, name, place)):
+        if len(unseen) < UNSEEN and (place.on != (TABLE,) or layable(workspace, name, place)) and stays(name, place):
             unseen.append(place)
     return any(not asker.late and _put(asker, name, place, kept, ()) for place in unseen)
 
@@ -349,7 +351,8 @@ def _put_wherever(
 
     simulator = asker.progress.now.setup.settings.settling
     found = substitutes(workspace, name, uncovered, lambda R: True, asker.deadline, simulator)
-    places = islice(filter(uncovered, found), WHEREVER)
+    stays = asker.progress.now.stays
+    places = islice((place for place in found if uncovered(place) and stays(name, place)), WHEREVER)
     return any(not asker.late and _put(asker, name, place, kept, (), iterations, regrasped) for place in places)
 
 

@@ -1,27 +1,18 @@
-"""A plan in the making: the attempt from one state, the pieces so far, and the final state they lead to."""
+"""A plan in the making: the pieces so far, the state they lead to, and what refused ones teach."""
 
 from __future__ import annotations
 
-import math
 from collections import Counter
-from collections.abc import Callable, Collection, Container, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
-
-import numpy as np
 
 from tamp.checking import Verdict
-from tamp.checking.scene import State
-from tamp.domains.samplers import resolve_samplers
-from tamp.domains.skill import Fact, Question
 from tamp.domains.timing import NotFree
 from tamp.errors import PartError
-from tamp.pipeline.options.guard import guarded
-from tamp.pipeline.options.settings import Samplers
-from tamp.pipeline.prepare import Setup
+from tamp.pipeline.strategies.serialization.attempt import Attempt, Judged, poses_of
 from tamp.pipeline.strategies.serialization.plan_state import after, begins_at, ending_with, errands
 from tamp.pipeline.strategies.serialization.rehearsal import WORTH, Astray, rehearsal
-from tamp.planning import GroundAction, Problem
+from tamp.planning import GroundAction
 from tamp.scoring.ede import ede, mean_edge
 from tamp.scoring.total_error import shortfall
 from tamp.speculation import presumed
@@ -29,111 +20,13 @@ from tamp.streams.affordances.falls import learn_jolts, learn_refused, learn_too
 from tamp.streams.affordances.stack_balance import learn_upset
 from tamp.streams.motion.handling_contacts import learn_disturbed, learn_refused_beside
 from tamp.streams.pushing.push_motion import learn_refused_push
-from tamp.streams.values import Configuration, Handling, Placement, Slide
+from tamp.streams.values import Handling, Placement, Slide
 from tamp.streams.workspace import Workspace
 from tamp.task import Action, Plan, Pose, Release
 
 LEARNED = ("support", "release", "fall", "precondition", "collision", "push")  # problems that are not asked for again
 INEXACT = 2  # so often a piece is refused after which an object can be corrected, for one that is more exact
 SHIFTED = 0.003  # what stands no farther off (EDE) is where it is said to be, and carries as it shall there [m]
-
-
-class Judged:
-    """What the checker knows of a state beyond where things are said to be: shifts so far, and where things may stay.
-
-    It is noted where the check of what led to the state was run, and found out when it is first needed where that
-    runs in another process (see `tamp.speculation`).
-    """
-
-    def __init__(self, find_out: Callable[[], State | None]) -> None:
-        self._find_out, self._known = find_out, list[State | None]()
-
-    def note(self, state: State | None) -> None:
-        """Keep what has been found out."""
-        self._known = [state]
-
-    @property
-    def state(self) -> State | None:
-        """None where the scene was seen as it is: then nothing more is known."""
-        if not self._known:
-            self.note(self._find_out())
-        return self._known[0]
-
-
-@dataclass(frozen=True, eq=False)
-class Attempt:
-    """One state to plan from, and how a solution found there becomes a checked plan.
-
-    Attributes:
-        setup: the prepared task.
-        workspace: what stands where, and where it shall stand.
-        samplers: one function for each stream.
-        configuration: where the arm is; the hand is empty.
-        facts: symbolic facts that hold.
-        judged: what the checker knows of the state beyond that.
-    """
-
-    setup: Setup
-    workspace: Workspace
-    samplers: Mapping[str, Callable[..., Any]]
-    configuration: Configuration
-    facts: tuple[Fact, ...] = ()
-    judged: Judged = field(default_factory=lambda: Judged(lambda: None))
-
-    @staticmethod
-    def of(
-        setup: Setup,
-        poses: Mapping[str, Pose],
-        q: tuple[float, ...],
-        samplers: Samplers | None,
-        deadline: float = math.inf,
-        facts: tuple[Fact, ...] | None = None,
-    ) -> Attempt:
-        """The attempt from objects at rest at `poses` and an empty hand at arm configuration `q` [rad].
-
-        Symbolic facts are those of the task's start where none are given.
-        """
-        workspace = setup.observe(poses, deadline)
-        own = {**setup.task.samplers, **(samplers or {})}
-        functions = guarded(setup.domain, resolve_samplers(setup.domain.samplers, own), own)
-        robot = setup.world.robot
-        configuration = Configuration(tuple(robot.overshot(np.array(q)).tolist()), robot.spec.gripper.stroke)
-        held = setup.task.init if facts is None else facts
-        judged = Judged(lambda: setup.begun(poses, q, held))
-        return Attempt(setup, workspace, functions, configuration, held, judged)
-
-    def problem(
-        self,
-        workspace: Workspace,
-        samplers: Mapping[str, Callable[..., Any]],
-        movable: Container[str] | None = None,
-        regrasped: Container[str] = (),
-        either: Container[str] = (),
-    ) -> Problem:
-        """What the planner is asked from here; see `tamp.domains.skill.Question`."""
-        question = Question(self.configuration, None, movable, regrasped, self.facts, either)
-        return self.setup.domain.problem(workspace, {**self.samplers, **samplers}, question)
-
-    def timed(self, actions: Sequence[GroundAction], seed: int, report: Mapping[str, Any]) -> Plan:
-        """The plan that carries a solution out from here.
-
-        Args:
-            actions: the planner's ground actions.
-            seed: recorded in the plan.
-            report: recorded in the plan.
-
-        Raises:
-            NotFree: where a timed motion cannot keep clear.
-        """
-        task, workspace, domain = self.setup.task, self.workspace, self.setup.domain
-        timed = domain.timed(workspace, actions, self.setup.settings.tuning.speeds)
-        start, goals = _poses(workspace.start), _poses(workspace.goals)
-        return Plan(task.name, task.robot, seed, start, self.configuration.q, goals, timed, report)
-
-    def checked(self, plan: Plan) -> Verdict:
-        """The checker's word on a plan that begins here."""
-        goals = _poses(self.workspace.goals)
-        return self.setup.check(plan, start=plan.start, goals=goals, facts=self.facts, after=self.judged.state)
 
 
 def _learn_met(workspace: Workspace, way: Handling, bodies: Sequence[str], standing: Mapping[str, Placement]) -> None:
@@ -156,10 +49,6 @@ def _learn_fall(workspace: Workspace, way: Handling) -> None:
         learn_too_high(workspace, way.object, way.placement, way.let_go)
     elif way.laid:
         learn_refused(workspace, way.object, way.placement, way.let_go)
-
-
-def _poses(places: Mapping[str, Placement]) -> dict[str, Pose]:
-    return {name: place.pose for name, place in places.items()}
 
 
 @dataclass(frozen=True)
@@ -259,7 +148,7 @@ class Progress:
             self.rejections.append(str(verdict))
             self._learn(verdict, solution)
             return Outcome(0, str(verdict))
-        for astray in rehearsal(self.now.setup, part, _poses(self.start) if near else None, self.unsteady):
+        for astray in rehearsal(self.now.setup, part, poses_of(self.start) if near else None, self.unsteady):
             way, tries = solution[astray.action].args[-1], self.inexact[astray.deviation.object]
             many_ways = isinstance(way, Handling) and way.laid
             if astray.correctable and (near or not many_ways or tries >= INEXACT):
@@ -307,7 +196,7 @@ class Progress:
         state, setup = verdict.state, self.now.setup
         if state is None or not state.came:
             return {}
-        ends, goals = after(setup.world.robot, piece).start, _poses(self.now.workspace.goals)
+        ends, goals = after(setup.world.robot, piece).start, poses_of(self.now.workspace.goals)
         away = sorted(name for name in state.came if ends[name] != goals.get(name))
         return {name: Pose.from_matrix(state.stayed[name]) for name in away}
 
@@ -390,4 +279,4 @@ class Progress:
 
 
 def _shortfall(state: Attempt) -> float:
-    return shortfall(state.setup.task, _poses(state.workspace.start))
+    return shortfall(state.setup.task, poses_of(state.workspace.start))

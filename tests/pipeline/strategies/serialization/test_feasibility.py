@@ -9,10 +9,11 @@ import pytest
 
 from tamp.pipeline.prepare import prepare
 from tamp.pipeline.strategies.known import Known
+from tamp.pipeline.strategies.serialization.attempt import Attempt
 from tamp.pipeline.strategies.serialization.feasibility import Prospects, barred, clearest_first, in_the_way
 from tamp.pipeline.strategies.serialization.goal_graph import asking_for
 from tamp.pipeline.strategies.serialization.goal_order import Ordering
-from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
+from tamp.pipeline.strategies.serialization.partial_plan import Progress
 from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker
 from tamp.task import At, Box, Object, Pose, Task, load_robot
 from tests.pipeline.samplers import no_grasp, no_slide

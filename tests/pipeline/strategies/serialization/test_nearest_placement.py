@@ -13,6 +13,7 @@ from tamp.checking import Problem, Verdict
 from tamp.pipeline.options.settings import Settings
 from tamp.pipeline.prepare import prepare
 from tamp.pipeline.strategies.serialization import nearest_placement as nearness
+from tamp.pipeline.strategies.serialization.attempt import Attempt
 from tamp.pipeline.strategies.serialization.goal_graph import nearly_there
 from tamp.pipeline.strategies.serialization.nearest_placement import (
     KEPT,
@@ -21,7 +22,7 @@ from tamp.pipeline.strategies.serialization.nearest_placement import (
     bring_to_rest,
     rest_from_goal,
 )
-from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
+from tamp.pipeline.strategies.serialization.partial_plan import Progress
 from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker
 from tamp.scoring.ede import ede, mean_edge
 from tamp.streams.values import Placement, Slide
@@ -238,7 +239,7 @@ def looked_into(monkeypatch, places, serves, refused=()):
     asker = SimpleNamespace(
         workspace=None, drawn_seed=lambda name: 0, deadline=1.0, late=False, within=lambda share: nullcontext()
     )
-    now = SimpleNamespace(samplers={}, setup=SimpleNamespace(settings=Settings()))
+    now = SimpleNamespace(samplers={}, setup=SimpleNamespace(settings=Settings()), stays=lambda *_: True)
     asker.progress = SimpleNamespace(now=now, rejections=rejections)
     assert not nearness._bring_near(asker, "object", (), ())
     return asked, looked
@@ -262,7 +263,9 @@ def test_where_time_is_up_for_the_nearest_places_the_table_is_left(monkeypatch):
     monkeypatch.setattr(nearness, "substitutes", settling)
     monkeypatch.setattr(nearness, "on_table", lambda *args: table)
     monkeypatch.setattr(nearness, "_put", lambda asker, name, place, kept, grasps: asked.append(place) or True)
-    state = SimpleNamespace(workspace=None, samplers={}, setup=SimpleNamespace(settings=Settings()))
+    state = SimpleNamespace(
+        workspace=None, samplers={}, setup=SimpleNamespace(settings=Settings()), stays=lambda *_: True
+    )
     asker = Asker(SimpleNamespace(now=state, rejections=[]), seed=0, deadline=10.0, algorithm="adaptive")
     assert nearness._bring_near(asker, "object", (), ())
     assert asked == [table[2]]

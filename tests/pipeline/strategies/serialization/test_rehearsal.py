@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from tamp.checking import Problem, Verdict
 from tamp.execution.log import Deviation
 from tamp.pipeline.prepare import prepare
-from tamp.pipeline.strategies.serialization.partial_plan import INEXACT, Attempt, Progress, _learn_met
+from tamp.pipeline.strategies.serialization.attempt import Attempt
+from tamp.pipeline.strategies.serialization.partial_plan import INEXACT, Progress, _learn_met
 from tamp.pipeline.strategies.serialization.plan_state import after, begins_at
 from tamp.pipeline.strategies.serialization.rehearsal import among_few, uncertain_parts
 from tamp.pipeline.strategies.serialization.subproblem import Asker
