@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from tamp.checking import check
-from tamp.task import Box, Object, Plan, Pose, Task
+from tamp.checking.check import check_left
+from tamp.task import Box, Object, Plan, Pose, Release, Task
 from tests.checking.handmade import scales, two_boxes
 from tests.checking.mutations import MUTATIONS, STACKS, Mutation
+from tests.checking.mutations.handling import lies_tilted_across_two_trays, lies_tilted_in_a_tray, tips_off_a_rim
 
 
 @pytest.fixture(scope="module")
@@ -64,3 +66,20 @@ def test_an_action_about_the_table_is_refused(valid: tuple[Task, Plan]) -> None:
     changed = replace(plan.actions[i], arguments=("table",))
     verdict = check(task, replace(plan, actions=(*plan.actions[:i], changed, *plan.actions[i + 1 :])))
     assert {problem.kind for problem in verdict.problems} >= {"precondition"}
+
+
+@pytest.mark.parametrize("mutation", [lies_tilted_in_a_tray, lies_tilted_across_two_trays, tips_off_a_rim])
+def test_what_does_not_stay_where_it_is_let_go_is_told_without_a_plan(mutation):
+    task, plan = mutation(*two_boxes(), np.random.default_rng(2))
+    release = next(step for step in plan.steps if isinstance(step, Release))
+    told = check_left(task, release.object, {**plan.start, release.object: release.pose})
+    assert told
+    assert [p.sentence for p in told] == [p.sentence for p in check(task, plan).problems if p.kind == "support"]
+
+
+def test_what_stays_where_it_is_let_go_is_not_told_of():
+    task, plan = two_boxes()
+    ends = dict(plan.start)
+    for release in (step for step in plan.steps if isinstance(step, Release)):
+        ends[release.object] = release.pose
+        assert not check_left(task, release.object, ends)

@@ -215,10 +215,10 @@ def test_what_nothing_comes_of_leaves_time_to_the_others(monkeypatch):
     assert asker.deadline == 24.0
 
 
-def looked_into(monkeypatch, places, serves, refused=()):
+def looked_into(monkeypatch, places, serves, refused=(), unstable=()):
     """The places that the planner is asked for in vain, each with how many grasps, and those that are looked at.
 
-    The checker sends back what comes to those that are `refused`.
+    The checker sends back what comes to those that are `refused`, and would have nothing stay at those `unstable`.
     """
     asked, looked, rejections = [], [], []
 
@@ -239,7 +239,9 @@ def looked_into(monkeypatch, places, serves, refused=()):
     asker = SimpleNamespace(
         workspace=None, drawn_seed=lambda name: 0, deadline=1.0, late=False, within=lambda share: nullcontext()
     )
-    now = SimpleNamespace(samplers={}, setup=SimpleNamespace(settings=Settings()), stays=lambda *_: True)
+    now = SimpleNamespace(
+        samplers={}, setup=SimpleNamespace(settings=Settings()), stays=lambda _, place: place not in unstable
+    )
     asker.progress = SimpleNamespace(now=now, rejections=rejections)
     assert not nearness._bring_near(asker, "object", (), ())
     return asked, looked
@@ -264,7 +266,10 @@ def test_where_time_is_up_for_the_nearest_places_the_table_is_left(monkeypatch):
     monkeypatch.setattr(nearness, "on_table", lambda *args: table)
     monkeypatch.setattr(nearness, "_put", lambda asker, name, place, kept, grasps: asked.append(place) or True)
     state = SimpleNamespace(
-        workspace=None, samplers={}, setup=SimpleNamespace(settings=Settings()), stays=lambda *_: True
+        workspace=None,
+        samplers={},
+        setup=SimpleNamespace(settings=Settings()),
+        stays=lambda *_: True,
     )
     asker = Asker(SimpleNamespace(now=state, rejections=[]), seed=0, deadline=10.0, algorithm="adaptive")
     assert nearness._bring_near(asker, "object", (), ())
@@ -291,6 +296,12 @@ def test_what_the_checker_sends_back_is_not_put_beside_there_on_the_same(monkeyp
     places = [*in_crate, elsewhere]
     asked, _ = looked_into(monkeypatch, places, places, refused=in_crate)
     assert [place for place, _ in asked] == [in_crate[0], elsewhere]
+
+
+def test_where_the_checker_would_not_have_it_stay_is_not_asked_for(monkeypatch):
+    slipping, hidden, steady = (inside(0.1 * i) for i in range(3))
+    looked = looked_into(monkeypatch, [slipping, hidden, steady], [slipping, steady], unstable=[slipping, hidden])
+    assert looked == ([(steady, 1)], [steady])
 
 
 def test_where_others_shall_be_is_kept_free():
