@@ -22,6 +22,7 @@ from tamp.streams.workspace import Workspace
 from tamp.world.world import ROBOT
 
 BEGINNING_WITH_A_SLIDE = 2  # so many times as many iterations find plans that do and are longer
+REGRASPING = 0.25  # of the time that is left goes to whether another grasp on the way helps: that may be sought in vain
 
 
 @dataclass
@@ -79,11 +80,11 @@ class Prospects:
             return None
         movable = {name, *supports_in_the_way(workspace, name)}
         solution = self.asker.ask(workspace, iterations, movable, about=name)
+        if solution.plan is None and pushed:
+            solution = self.asker.ask(workspace, longer, movable, about=name)
         if solution.plan is None and not self.turned(name) and self._regrasp_helps(workspace, name, longer):
             self.plans.setdefault(name, None)
             return None
-        if solution.plan is None and pushed:
-            solution = self.asker.ask(workspace, longer, movable, about=name)
         if solution.plan is not None:
             self.plans[name] = solution
             return None
@@ -118,7 +119,8 @@ class Prospects:
         if name not in workspace.goals or lies_flat(workspace, name) or self.asker.stays_unturned(name):
             return False
         movable = {name, *supports_in_the_way(workspace, name)}
-        solution = self.asker.ask(workspace, iterations, movable, regrasped={name}, about=name)
+        with self.asker.within(REGRASPING):
+            solution = self.asker.ask(workspace, iterations, movable, regrasped={name}, about=name)
         if solution.plan is not None:
             self.regrasped.add(name)
             self.plans[name] = solution
