@@ -311,11 +311,11 @@ class Ordering:
                 return True
         asked = asking_for(self._asker.workspace, self._goal_status.reached | {name})
         turned = {name} if self._prospects.turned(name) and not self._asker.stays_unturned(name) else set[str]()
-        never_stays = self._stability.never_stays(name)
-        unsure = bar is None and (never_stays or self._stability.uncertain(name))
+        always_tips = self._stability.always_tips(name)
+        unsure = bar is None and (always_tips or self._stability.uncertain(name))
         if unsure and self._stability.brought_to_rest(name, turned, effort):
             return self._goal_status.reach_near([name])
-        goes_on = never_stays or self._stability.goes_on(name, others_move=effort.others_move)
+        goes_on = always_tips or self._stability.goes_on(name, others_move=effort.others_move)
         if goes_on or (unsure and self._stability.falls(name)):
             until = " before others come" if self._stability.awaited(name) else ""
             self._left[name] = f"it does not stay there{until}"

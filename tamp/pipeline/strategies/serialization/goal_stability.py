@@ -68,21 +68,27 @@ class GoalStability:
         """Whether an object is known to fall from its goal, or to go on, with all that stands there by now."""
         return self._fallen.get(name) == surroundings(self._asker.workspace, name)
 
-    def never_stays(self, name: str) -> bool:
-        """Whether an object does not stay at its goal, or tips what it rests on, whatever comes to its own goal before.
-
-        All others do that but for what rests on the object: only those could hold it.
-        """
+    def always_tips(self, name: str) -> bool:
+        """Whether an object tips what it rests on at its goal, whatever comes to its own goal before it."""
         workspace = self._asker.workspace
-        if name not in workspace.goals:
+        if name not in workspace.goals or workspace.goals[name].on == (TABLE,):
             return False
-        goal = workspace.goals[name]
+        return tips_with(self._with_all_but_what_is_upon(name), name, workspace.goals[name])
+
+    def never_stays(self, name: str) -> bool:
+        """Whether an object does that, or the checker does not have it stay, whatever comes to its goal before it."""
+        workspace, now = self._asker.workspace, self._asker.progress.now
+        if name not in workspace.goals or self.always_tips(name):
+            return name in workspace.goals
+        before = self._with_all_but_what_is_upon(name)
+        return not replace(now, workspace=before).stays(name, workspace.goals[name])
+
+    def _with_all_but_what_is_upon(self, name: str) -> Workspace:
+        """All others at their goals but for what rests on an object there: only those could hold it."""
+        workspace = self._asker.workspace
         upon = {other for other in workspace.goals if name in under_goal(workspace, other)}
         others = {**workspace.start, **workspace.goals}
-        before = replace(workspace, start={other: others[other] for other in others.keys() - upon})
-        if goal.on != (TABLE,) and tips_with(before, name, goal):
-            return True
-        return not replace(self._asker.progress.now, workspace=before).stays(name, goal)
+        return replace(workspace, start={other: others[other] for other in others.keys() - upon})
 
     def brought_to_rest(self, name: str, turned: Collection[str], effort: Effort) -> bool:
         """Put an object to where it comes to rest from its goal, if that is near; whether it was.
