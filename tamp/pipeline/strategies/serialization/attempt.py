@@ -18,11 +18,14 @@ from tamp.pipeline.options.settings import Samplers
 from tamp.pipeline.prepare import Setup
 from tamp.pipeline.strategies.serialization.candidate_placements import company
 from tamp.planning import GroundAction, Problem
+from tamp.streams.affordances.stable_poses import steady_faces
 from tamp.streams.affordances.support import stands_on
 from tamp.streams.collisions import overlap
 from tamp.streams.values import Configuration, Placement
 from tamp.streams.workspace import Workspace
 from tamp.task import Plan, Pose
+
+LEVEL = 0.995  # cosine of how far something is tilted at most from how it lies on a plane that lies so on something
 
 
 class Judged:
@@ -121,13 +124,11 @@ class Attempt:
         """Whether the checker has an object stay that is let go at a place, whoever put it there.
 
         All others stand as they do here, or at their goals where they have `arrived`, but for those in that place. What
-        is of one piece and stands steadily on the table, or on others of one piece, is not asked about.
+        plainly stands there is not asked about.
         """
         goals = {other: self.workspace.goals[other] for other in {*arrived} & self.workspace.goals.keys()}
         workspace = replace(self.workspace, start={**self.workspace.start, **goals})
-        below = {lower: workspace.start[lower] for lower in place.on if lower in workspace.start}
-        plain = all(len(workspace.world.geometries[body].parts) == 1 for body in (name, *below))
-        if plain and stands_on(workspace, name, place, below):
+        if _plainly_stands(workspace, name, place):
             return True
         beside = [(other, workspace.start[other]) for other in company(workspace, name, place)]
         others = {other: at.pose for other, at in beside if not overlap(workspace, name, place, other, at)}
@@ -138,6 +139,18 @@ class Attempt:
         """The checker's word on a plan that begins here."""
         goals = poses_of(self.workspace.goals)
         return self.setup.check(plan, start=plan.start, goals=goals, facts=self.facts, after=self.judged.state)
+
+
+def _plainly_stands(workspace: Workspace, name: str, place: Placement) -> bool:
+    """Whether an object stands steadily, and is of one piece on such, or level on one other or on the table alone."""
+    geometries = workspace.world.geometries
+    below = {lower: workspace.start[lower] for lower in place.on if lower in workspace.start}
+    if not stands_on(workspace, name, place, below):
+        return False
+    if all(len(geometries[body].parts) == 1 for body in (name, *below)):
+        return True
+    up = place.pose.matrix[2, :3]
+    return len(place.on) == 1 and any(up @ face[2] > LEVEL for face in steady_faces(geometries[name]))
 
 
 def poses_of(places: Mapping[str, Placement]) -> dict[str, Pose]:

@@ -31,7 +31,7 @@ from tamp.streams.affordances.stack_balance import tips_with
 from tamp.streams.values import Placement
 
 UNLIMITED = 1_000_000
-REST = 0.2  # of what a try for all goals gets goes to one for those that single tries have left: it succeeds soon
+REST = 0.3  # of what a try for all goals gets goes to one for those that single tries have left: it succeeds soon
 ALONE = 0.5  # of what a goal gets for which others may move goes to it while they do not
 
 
