@@ -77,11 +77,11 @@ class GoalStability:
 
     def never_stays(self, name: str) -> bool:
         """Whether an object does that, or the checker does not have it stay, whatever comes to its goal before it."""
-        workspace, now = self._asker.workspace, self._asker.progress.now
-        if name not in workspace.goals or self.always_tips(name):
-            return name in workspace.goals
-        before = self._with_all_but_what_is_upon(name)
-        return not replace(now, workspace=before).stays(name, workspace.goals[name])
+        goal = self._asker.workspace.goals.get(name)
+        if goal is None or self.always_tips(name):
+            return goal is not None
+        before = replace(self._asker.progress.now, workspace=self._with_all_but_what_is_upon(name))
+        return not before.stays(name, goal)
 
     def _with_all_but_what_is_upon(self, name: str) -> Workspace:
         """All others at their goals but for what rests on an object there: only those could hold it."""
