@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.parts.harness import Row, main, percentile
 from tamp.pipeline.prepare import prepare
-from tamp.pipeline.strategies.serialization.attempt import Attempt
+from tamp.pipeline.strategies.subproblems.attempt import Attempt
 from tamp.planning import solve
 from tamp.scenarios.families import sort
 from tamp.task import At, Pose, Task, load_robot

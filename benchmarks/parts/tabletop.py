@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from tamp.domains.timing import NotFree
 from tamp.pipeline.prepare import prepare
-from tamp.pipeline.strategies.serialization.attempt import Attempt
+from tamp.pipeline.strategies.subproblems.attempt import Attempt
 from tamp.planning import solve
 from tamp.task import Task, load_robot
 

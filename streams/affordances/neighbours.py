@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
 
+AROUND = 0.05  # an object may meet others this far beside it as it comes to rest [m]
 SUNK = 0.02  # an object lies in what reaches this much higher than its own lowest point [m]
 
 
@@ -60,6 +61,21 @@ def within(workspace: Workspace, obj: str, reach: float, *places: Placement) -> 
             if (low < upper + reach).all() and (lower - reach < high).all():
                 names.add(name)
     return workspace.part(names)
+
+
+def company(workspace: Workspace, name: str, place: Placement) -> list[str]:
+    """What an object may meet as it comes to rest, and whatever that rests on or carries; all else keeps still."""
+    low, high = workspace.bounds(name, place.pose)
+    found, touched = set[str](), set[str]()
+    for other, standing in workspace.start.items():
+        lower, upper = workspace.bounds(other, standing.pose)
+        if other != name and (lower < high + AROUND)[:2].all() and (upper > low - AROUND)[:2].all():
+            touched.add(other)
+    pairs = [{other, *standing.on} - {TABLE, name} for other, standing in workspace.start.items() if other != name]
+    while touched > found:
+        found = set(touched)
+        touched = found.union(*(pair for pair in pairs if pair & found))
+    return sorted(found & workspace.start.keys())
 
 
 def enclosed(workspace: Workspace, obj: str, place: Placement) -> bool:

@@ -17,7 +17,7 @@ from tamp.pipeline.options.trust import refuse_code
 from tamp.pipeline.prepare import Setup, prepare
 from tamp.pipeline.strategies.known import NOTHING, Known
 from tamp.pipeline.strategies.named import strategy_named
-from tamp.pipeline.strategies.serialization.attempt import Attempt
+from tamp.pipeline.strategies.subproblems.attempt import Attempt
 from tamp.planning import Report
 from tamp.speculation import speculating
 from tamp.task import Plan, Pose, SymbolicFact, Task, task_robot

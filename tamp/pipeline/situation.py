@@ -23,7 +23,7 @@ SAME_PLACE = 0.01  # an object this near to its goal (EDE) counts as being there
 
 
 def placements(poses: Mapping[str, Pose], supports: Iterable[tuple[str, str]]) -> dict[str, Placement]:
-    """Placements from poses and (above, below) pairs; bodies that lean on each other support neither."""
+    """Placements from poses and (above, below) pairs, in which nothing rests on itself by way of others."""
     below: dict[str, set[str]] = {name: set() for name in poses}
     for upper, lower in supports:
         if upper in below:

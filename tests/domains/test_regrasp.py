@@ -3,7 +3,7 @@
 import pytest
 
 from tamp.pipeline.prepare import prepare
-from tamp.pipeline.strategies.serialization.attempt import Attempt
+from tamp.pipeline.strategies.subproblems.attempt import Attempt
 from tamp.planning import solve
 from tamp.task import Task, load_robot
 from tests.pipeline.samplers import from_above

@@ -14,11 +14,11 @@ from tamp.execution.executor import WATCHFUL
 from tamp.execution.log import Execution
 from tamp.pipeline.options.settings import Settings
 from tamp.pipeline.prepare import Setup
-from tamp.pipeline.strategies.serialization.attempt import Attempt
-from tamp.pipeline.strategies.serialization.goal_graph import asking_for
-from tamp.pipeline.strategies.serialization.partial_plan import Progress
-from tamp.pipeline.strategies.serialization.plan_state import after
-from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker
+from tamp.pipeline.strategies.subproblems.attempt import Attempt
+from tamp.pipeline.strategies.subproblems.goal_graph import asking_for
+from tamp.pipeline.strategies.subproblems.partial_plan import Progress
+from tamp.pipeline.strategies.subproblems.plan_state import after
+from tamp.pipeline.strategies.subproblems.subproblem import EFFORTS, Asker
 from tamp.planning import Context, GroundAction
 from tamp.planning.context import generator_for
 from tamp.scoring.total_error import shortfall

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from tamp.pipeline.strategies.serialization.plan_state import after
+from tamp.pipeline.strategies.subproblems.plan_state import after
 from tamp.scoring.total_error import shortfall
 from tamp.task import Action, Grip, Move, Plan, Task
 from tamp.world.robot.model import RobotModel

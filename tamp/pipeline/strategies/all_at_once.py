@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from tamp.pipeline.strategies.known import NOTHING, Known
-from tamp.pipeline.strategies.serialization.attempt import Attempt
-from tamp.pipeline.strategies.serialization.goal_graph import all_goals
-from tamp.pipeline.strategies.serialization.partial_plan import Progress
-from tamp.pipeline.strategies.serialization.subproblem import Asker, reason
+from tamp.pipeline.strategies.subproblems.attempt import Attempt
+from tamp.pipeline.strategies.subproblems.goal_graph import all_goals
+from tamp.pipeline.strategies.subproblems.partial_plan import Progress
+from tamp.pipeline.strategies.subproblems.subproblem import Asker, reason
 from tamp.planning import Report, Solution, combined
 from tamp.planning.strategies.strategy import Strategy
 from tamp.scoring import score

@@ -9,9 +9,9 @@ from typing import Protocol
 from tamp.pipeline.options.own import load_strategy
 from tamp.pipeline.strategies.all_at_once import AllAtOnce, NetBenefit
 from tamp.pipeline.strategies.known import NOTHING, Known
-from tamp.pipeline.strategies.serialization.attempt import Attempt
 from tamp.pipeline.strategies.serialization.goal_order import Ordering
-from tamp.pipeline.strategies.serialization.partial_plan import Progress
+from tamp.pipeline.strategies.subproblems.attempt import Attempt
+from tamp.pipeline.strategies.subproblems.partial_plan import Progress
 from tamp.planning import Report
 from tamp.planning.strategies.strategy import supports_soft_goals
 from tamp.streams.values import Placement

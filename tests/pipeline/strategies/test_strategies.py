@@ -12,7 +12,7 @@ from tamp.pipeline.options.settings import Settings
 from tamp.pipeline.solving.solve import carry_out
 from tamp.pipeline.strategies.all_at_once import AllAtOnce
 from tamp.pipeline.strategies.named import STRATEGIES
-from tamp.pipeline.strategies.serialization.subproblem import Asker
+from tamp.pipeline.strategies.subproblems.subproblem import Asker
 from tamp.planning import NetBenefit, PlanningRun
 from tamp.planning.search.best_first import BuiltinSearch
 from tamp.task import At, Box, Object, Pose, Task

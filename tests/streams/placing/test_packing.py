@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tamp.pipeline.strategies.serialization.goal_graph import asking_for
+from tamp.pipeline.strategies.subproblems.goal_graph import asking_for
 from tamp.streams.placing.packing import crowded, packed, rows
 from tamp.streams.placing.sampler import sample_placement
 from tamp.streams.values import Grasp

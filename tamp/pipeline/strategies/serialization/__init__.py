@@ -1,4 +1,4 @@
 """The order of goals: which part of a task the stream planner is asked next, and what is done where it fails.
 
-May import domains, streams, planning, world, checking and scoring.
+May import subproblems, domains, streams, planning, world, checking and scoring.
 """

@@ -15,8 +15,9 @@ from tamp import clock
 from tamp.execution.settling.settle import settle
 from tamp.execution.simulators import DEFAULT
 from tamp.pipeline.situation import placements, raised
-from tamp.pipeline.strategies.serialization.goal_graph import goal_supports
+from tamp.pipeline.strategies.subproblems.goal_graph import goal_supports
 from tamp.scoring.ede import CORNERS, ede, mean_edge
+from tamp.streams.affordances.neighbours import company
 from tamp.streams.affordances.slide_path import LONGEST, directions, shifted, towards
 from tamp.streams.affordances.stable_poses import righted, stands, steady_faces
 from tamp.streams.collisions import overlap
@@ -35,7 +36,6 @@ SETTLING_S = 3.0  # an object that moves longer than this has no place there
 PUSHED = 0.004  # what the others move at most, and turn, when an object settles among them (EDE) [m]
 SUNK = 4  # release heights at most above where an object comes to rest, to be clear of what it sinks into there
 DRIFT = 0.01  # what they move so far at most by themselves, as what rolls does, is not that object's doing (EDE) [m]
-AROUND = 0.05  # an object may meet others this far beside it as it comes to rest [m]
 
 
 def lowered(
@@ -108,21 +108,6 @@ def _moved(
 
 def _overlaps(workspace: Workspace, name: str, place: Placement, others: Iterable[str]) -> bool:
     return any(overlap(workspace, name, place, other, workspace.start[other]) for other in others)
-
-
-def company(workspace: Workspace, name: str, place: Placement) -> list[str]:
-    """What an object may meet as it comes to rest, and whatever that rests on or carries; all else keeps still."""
-    low, high = workspace.bounds(name, place.pose)
-    found, touched = set[str](), set[str]()
-    for other, standing in workspace.start.items():
-        lower, upper = workspace.bounds(other, standing.pose)
-        if other != name and (lower < high + AROUND)[:2].all() and (upper > low - AROUND)[:2].all():
-            touched.add(other)
-    pairs = [{other, *standing.on} - {TABLE, name} for other, standing in workspace.start.items() if other != name]
-    while touched > found:
-        found = set(touched)
-        touched = found.union(*(pair for pair in pairs if pair & found))
-    return sorted(found & workspace.start.keys())
 
 
 GAIN = 0.03  # a placement must bring the object this much nearer to its goal (EDE) [m]

@@ -10,8 +10,8 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from itertools import islice
 
-from tamp.pipeline.strategies.serialization.goal_graph import asking_to
-from tamp.pipeline.strategies.serialization.subproblem import Asker
+from tamp.pipeline.strategies.subproblems.goal_graph import asking_to
+from tamp.pipeline.strategies.subproblems.subproblem import Asker
 from tamp.planning import Context
 from tamp.streams.affordances.neighbours import enclosed
 from tamp.streams.affordances.nudges import nudgeable, nudged, slides_within

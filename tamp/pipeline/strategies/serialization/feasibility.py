@@ -8,8 +8,8 @@ from functools import partial
 from itertools import islice
 from typing import Any
 
-from tamp.pipeline.strategies.serialization.goal_graph import alone, goal_supports, supports_first, supports_in_the_way
-from tamp.pipeline.strategies.serialization.subproblem import Asker, reason
+from tamp.pipeline.strategies.subproblems.goal_graph import alone, goal_supports, supports_first, supports_in_the_way
+from tamp.pipeline.strategies.subproblems.subproblem import Asker, reason
 from tamp.planning import Context, Solution
 from tamp.planning.context import generator_for
 from tamp.streams.affordances.flat_faces import lies_flat

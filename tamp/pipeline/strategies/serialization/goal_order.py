@@ -8,10 +8,14 @@ from dataclasses import replace
 
 from tamp import clock
 from tamp.pipeline.strategies.known import NOTHING, Known
-from tamp.pipeline.strategies.serialization.attempt import Attempt
 from tamp.pipeline.strategies.serialization.clear_space import make_room, stuck
 from tamp.pipeline.strategies.serialization.feasibility import Prospects, barred, clearest_first
-from tamp.pipeline.strategies.serialization.goal_graph import (
+from tamp.pipeline.strategies.serialization.goal_stability import GoalStability
+from tamp.pipeline.strategies.serialization.goal_status import BroughtNear, GoalStatus
+from tamp.pipeline.strategies.serialization.nearest_placement import bring_near
+from tamp.pipeline.strategies.serialization.turning_over import turn_over
+from tamp.pipeline.strategies.subproblems.attempt import Attempt
+from tamp.pipeline.strategies.subproblems.goal_graph import (
     Placements,
     asking_for,
     goal_supports,
@@ -20,12 +24,8 @@ from tamp.pipeline.strategies.serialization.goal_graph import (
     takes_room,
     under_goal,
 )
-from tamp.pipeline.strategies.serialization.goal_stability import GoalStability
-from tamp.pipeline.strategies.serialization.goal_status import BroughtNear, GoalStatus
-from tamp.pipeline.strategies.serialization.nearest_placement import bring_near
-from tamp.pipeline.strategies.serialization.partial_plan import Progress
-from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, LAST, Asker, Effort, reason
-from tamp.pipeline.strategies.serialization.turning_over import turn_over
+from tamp.pipeline.strategies.subproblems.partial_plan import Progress
+from tamp.pipeline.strategies.subproblems.subproblem import EFFORTS, LAST, Asker, Effort, reason
 from tamp.planning import Report, Solution, combined
 from tamp.streams.affordances.stack_balance import tips_with
 from tamp.streams.values import Placement
@@ -315,8 +315,8 @@ class Ordering:
         unsure = bar is None and (always_tips or self._stability.uncertain(name))
         if unsure and self._stability.brought_to_rest(name, turned, effort):
             return self._goal_status.reach_near([name])
-        goes_on = always_tips or self._stability.goes_on(name, others_move=effort.others_move)
-        if goes_on or (unsure and self._stability.falls(name)):
+        leaves = always_tips or not self._stability.stays(name, others_move=effort.others_move)
+        if leaves or (unsure and self._stability.falls(name)):
             until = " before others come" if self._stability.awaited(name) else ""
             self._left[name] = f"it does not stay there{until}"
             return False

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import replace
 
-from tamp.pipeline.strategies.serialization.goal_graph import Placements, away, goal_supports, surroundings, under_goal
 from tamp.pipeline.strategies.serialization.nearest_placement import bring_to_rest, rest_from_goal
-from tamp.pipeline.strategies.serialization.partial_plan import SHIFTED
-from tamp.pipeline.strategies.serialization.subproblem import Asker, Effort
+from tamp.pipeline.strategies.subproblems.goal_graph import Placements, away, goal_supports, surroundings, under_goal
+from tamp.pipeline.strategies.subproblems.partial_plan import SHIFTED
+from tamp.pipeline.strategies.subproblems.subproblem import Asker, Effort
 from tamp.scoring.ede import ede, mean_edge
 from tamp.streams.affordances.friction_cones import in_equilibrium
 from tamp.streams.affordances.neighbours import within
@@ -50,10 +50,10 @@ class GoalStability:
             return True
         goal, geometry = workspace.goals[name], workspace.world.geometries[name]
         turns = rolls(geometry, goal.pose.matrix[:3, :3]) or not stands_on(workspace, name, goal, under)
-        return turns or self.goes_on(name)
+        return turns or not self.stays(name)
 
-    def goes_on(self, name: str, *, others_move: bool = False) -> bool:
-        """Whether the checker refuses to have an object let go at its goal, with all that stands there by now.
+    def stays(self, name: str, *, others_move: bool = False) -> bool:
+        """Whether the checker has an object stay that is let go at its goal, with all that stands there by now.
 
         Goals are at rest together, by physics; by what the checker knows for certain a few never are.
         `others_move`: whether what is not at its goal may leave before.
@@ -62,7 +62,7 @@ class GoalStability:
         start, goals = workspace.start, workspace.goals
         if others_move:
             start = {other: place for other, place in start.items() if goals.get(other, place) == place}
-        return name in goals and not replace(now, workspace=replace(workspace, start=start)).stays(name, goals[name])
+        return name not in goals or replace(now, workspace=replace(workspace, start=start)).stays(name, goals[name])
 
     def falls(self, name: str) -> bool:
         """Whether an object is known to fall from its goal, or to go on, with all that stands there by now."""
@@ -70,20 +70,17 @@ class GoalStability:
 
     def always_tips(self, name: str) -> bool:
         """Whether an object tips what it rests on at its goal, whatever comes to its own goal before it."""
-        workspace = self._asker.workspace
-        if name not in workspace.goals or workspace.goals[name].on == (TABLE,):
-            return False
-        return tips_with(self._with_all_but_what_is_upon(name), name, workspace.goals[name])
+        goal = self._asker.workspace.goals.get(name)
+        return goal is not None and goal.on != (TABLE,) and tips_with(self._before_its_load(name), name, goal)
 
     def never_stays(self, name: str) -> bool:
-        """Whether an object does that, or the checker does not have it stay, whatever comes to its goal before it."""
+        """Whether an object always tips at its goal, or the checker never has it stay, whatever comes before it."""
         goal = self._asker.workspace.goals.get(name)
         if goal is None or self.always_tips(name):
             return goal is not None
-        before = replace(self._asker.progress.now, workspace=self._with_all_but_what_is_upon(name))
-        return not before.stays(name, goal)
+        return not replace(self._asker.progress.now, workspace=self._before_its_load(name)).stays(name, goal)
 
-    def _with_all_but_what_is_upon(self, name: str) -> Workspace:
+    def _before_its_load(self, name: str) -> Workspace:
         """All others at their goals but for what rests on an object there: only those could hold it."""
         workspace = self._asker.workspace
         upon = {other for other in workspace.goals if name in under_goal(workspace, other)}
@@ -103,7 +100,7 @@ class GoalStability:
         there = rest_from_goal(self._asker, name)
         if there is None:
             return False
-        goes_on = self.goes_on(name)
+        goes_on = not self.stays(name)
         resting = {other for other, goal in there.goals.items() if name in goal.on}
         waits = goes_on and not effort.others_move and self.awaited(name, resting)
         if not waits and bring_to_rest(self._asker, name, there, self._reached, turned, effort):

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 from tamp import clock
 from tamp.pipeline.situation import left_at
 from tamp.pipeline.strategies.serialization.feasibility import Prospects
-from tamp.pipeline.strategies.serialization.goal_graph import all_goals, away, goal_names, nearly_there, supports_first
 from tamp.pipeline.strategies.serialization.nearest_placement import bring_near
-from tamp.pipeline.strategies.serialization.subproblem import Asker
+from tamp.pipeline.strategies.subproblems.goal_graph import all_goals, away, goal_names, nearly_there, supports_first
+from tamp.pipeline.strategies.subproblems.subproblem import Asker
 from tamp.scoring.score import SOLVED_WITHIN_M
 from tamp.streams.affordances.neighbours import enclosed
 from tamp.streams.affordances.topple_path import to_be_pushed

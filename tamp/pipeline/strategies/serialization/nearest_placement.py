@@ -14,13 +14,13 @@ from tamp import clock
 from tamp.pipeline.situation import raised
 from tamp.pipeline.strategies.serialization.candidate_placements import on_table, settled, straight_ahead, substitutes
 from tamp.pipeline.strategies.serialization.feasibility import turned_over
-from tamp.pipeline.strategies.serialization.goal_graph import (
+from tamp.pipeline.strategies.subproblems.goal_graph import (
     asking_to,
     away,
     farthest_first,
     nearly_there,
 )
-from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker, Effort, while_others_stay
+from tamp.pipeline.strategies.subproblems.subproblem import EFFORTS, Asker, Effort, while_others_stay
 from tamp.planning import Context
 from tamp.streams.affordances.falls import drops
 from tamp.streams.affordances.slide_path import slidable

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.pipeline.strategies.serialization.feasibility import turned_over
-from tamp.pipeline.strategies.serialization.goal_graph import alone, asking_to
-from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker, while_others_stay
+from tamp.pipeline.strategies.subproblems.goal_graph import alone, asking_to
+from tamp.pipeline.strategies.subproblems.subproblem import EFFORTS, Asker, while_others_stay
 from tamp.streams.affordances.stable_poses import resting, turned
 from tamp.streams.placing.sampler import put_aside
 from tamp.streams.values import Placement

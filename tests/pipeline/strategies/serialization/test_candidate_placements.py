@@ -7,7 +7,6 @@ import pytest
 
 from tamp.pipeline.prepare import prepare
 from tamp.pipeline.strategies.serialization import candidate_placements as resting
-from tamp.pipeline.strategies.serialization.attempt import Attempt
 from tamp.pipeline.strategies.serialization.candidate_placements import (
     GAIN,
     SETTLED,
@@ -18,6 +17,7 @@ from tamp.pipeline.strategies.serialization.candidate_placements import (
     settled,
     substitutes,
 )
+from tamp.pipeline.strategies.subproblems.attempt import Attempt
 from tamp.scoring.ede import ede, mean_edge
 from tamp.streams.collisions import overlap
 from tamp.streams.values import Placement

@@ -9,12 +9,13 @@ import pytest
 
 from tamp.pipeline.prepare import prepare
 from tamp.pipeline.strategies.known import Known
-from tamp.pipeline.strategies.serialization.attempt import Attempt
+from tamp.pipeline.strategies.serialization import feasibility
 from tamp.pipeline.strategies.serialization.feasibility import Prospects, barred, clearest_first, in_the_way
-from tamp.pipeline.strategies.serialization.goal_graph import asking_for
 from tamp.pipeline.strategies.serialization.goal_order import Ordering
-from tamp.pipeline.strategies.serialization.partial_plan import Progress
-from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker
+from tamp.pipeline.strategies.subproblems.attempt import Attempt
+from tamp.pipeline.strategies.subproblems.goal_graph import asking_for
+from tamp.pipeline.strategies.subproblems.partial_plan import Progress
+from tamp.pipeline.strategies.subproblems.subproblem import EFFORTS, Asker
 from tamp.task import At, Box, Object, Pose, Task, load_robot
 from tests.pipeline.samplers import no_grasp, no_slide
 
@@ -111,6 +112,23 @@ def test_what_does_not_get_to_its_goal_even_alone_is_remembered_with_a_reason(at
     assert set(found.hopeless) == {"board"}
     assert len(found.asker.reports) == asked + 1
     assert set(found.plans) == {"red"}
+
+
+def test_what_must_be_pushed_is_asked_about_without_regrasps_first_and_those_leave_time(attempt, monkeypatch):
+    """Regrasps of what lies flat on the table may be sought in vain until time is up."""
+    found, asked = prospects(attempt, 100.0), []
+
+    def ask(self, _, iterations, *__, regrasped=(), **___):
+        asked.append((iterations, bool(regrasped), self.deadline - time.monotonic()))
+        return SimpleNamespace(plan=None, status="failed")
+
+    monkeypatch.setattr(Asker, "ask", ask)
+    monkeypatch.setattr(feasibility, "to_be_pushed", lambda *_: True)
+    monkeypatch.setattr(feasibility, "reason", lambda solution: solution.status)
+    assert found.against("red") is not None
+    few = found.asker.tuning.alone_iterations
+    assert [question[:2] for question in asked] == [(few, False), (2 * few, False), (2 * few, True)]
+    assert [round(left / 100, 2) for _, _, left in asked] == [1.0, 1.0, feasibility.REGRASPING]
 
 
 def test_a_question_tries_the_values_of_a_known_plan_first(attempt):

@@ -12,11 +12,11 @@ from tamp.pipeline.plan import Planning
 from tamp.pipeline.prepare import prepare
 from tamp.pipeline.solving.job import Job
 from tamp.pipeline.strategies.serialization import goal_stability
-from tamp.pipeline.strategies.serialization.attempt import Attempt
 from tamp.pipeline.strategies.serialization.feasibility import Prospects
 from tamp.pipeline.strategies.serialization.goal_order import Ordering
 from tamp.pipeline.strategies.serialization.goal_stability import GoalStability
-from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker
+from tamp.pipeline.strategies.subproblems.attempt import Attempt
+from tamp.pipeline.strategies.subproblems.subproblem import EFFORTS, Asker
 from tamp.planning import Report, Solution
 from tamp.streams.values import Placement
 from tamp.task import At, Box, Cylinder, Object, On, Pose, Region, Release, Task, load_robot

@@ -6,10 +6,10 @@ from dataclasses import replace
 import pytest
 
 from tamp.pipeline.prepare import prepare
-from tamp.pipeline.strategies.serialization.attempt import Attempt
 from tamp.pipeline.strategies.serialization.goal_stability import GoalStability
-from tamp.pipeline.strategies.serialization.partial_plan import Progress
-from tamp.pipeline.strategies.serialization.subproblem import Asker
+from tamp.pipeline.strategies.subproblems.attempt import Attempt
+from tamp.pipeline.strategies.subproblems.partial_plan import Progress
+from tamp.pipeline.strategies.subproblems.subproblem import Asker
 from tamp.streams.values import Placement
 from tamp.task import At, Box, Object, Pose, Task, load_robot
 from tests.checking.test_given_way import rocker, tilted

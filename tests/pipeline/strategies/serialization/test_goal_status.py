@@ -7,11 +7,11 @@ import pytest
 
 from tamp.pipeline.prepare import prepare
 from tamp.pipeline.strategies.serialization import goal_status as early
-from tamp.pipeline.strategies.serialization.attempt import Attempt
 from tamp.pipeline.strategies.serialization.feasibility import Prospects
 from tamp.pipeline.strategies.serialization.goal_status import BroughtNear, GoalStatus
-from tamp.pipeline.strategies.serialization.partial_plan import Progress
-from tamp.pipeline.strategies.serialization.subproblem import Asker
+from tamp.pipeline.strategies.subproblems.attempt import Attempt
+from tamp.pipeline.strategies.subproblems.partial_plan import Progress
+from tamp.pipeline.strategies.subproblems.subproblem import Asker
 from tamp.task import At, Pose, Task, load_robot
 from tests.pipeline.strategies.serialization.test_goal_order import BOARD, CLOSE, CUBE, RED, TOP, attempt
 

@@ -13,8 +13,6 @@ from tamp.checking import Problem, Verdict
 from tamp.pipeline.options.settings import Settings
 from tamp.pipeline.prepare import prepare
 from tamp.pipeline.strategies.serialization import nearest_placement as nearness
-from tamp.pipeline.strategies.serialization.attempt import Attempt
-from tamp.pipeline.strategies.serialization.goal_graph import nearly_there
 from tamp.pipeline.strategies.serialization.nearest_placement import (
     KEPT,
     Grips,
@@ -22,8 +20,10 @@ from tamp.pipeline.strategies.serialization.nearest_placement import (
     bring_to_rest,
     rest_from_goal,
 )
-from tamp.pipeline.strategies.serialization.partial_plan import Progress
-from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker
+from tamp.pipeline.strategies.subproblems.attempt import Attempt
+from tamp.pipeline.strategies.subproblems.goal_graph import nearly_there
+from tamp.pipeline.strategies.subproblems.partial_plan import Progress
+from tamp.pipeline.strategies.subproblems.subproblem import EFFORTS, Asker
 from tamp.scoring.ede import ede, mean_edge
 from tamp.streams.values import Placement, Slide
 from tamp.task import At, Box, Mesh, Object, Pose, Task, load_robot

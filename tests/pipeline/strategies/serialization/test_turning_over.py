@@ -8,12 +8,12 @@ import pytest
 
 from tamp.pipeline.prepare import prepare
 from tamp.pipeline.strategies.serialization import goal_order
-from tamp.pipeline.strategies.serialization.attempt import Attempt
-from tamp.pipeline.strategies.serialization.goal_graph import asking_for
 from tamp.pipeline.strategies.serialization.goal_order import Ordering
-from tamp.pipeline.strategies.serialization.partial_plan import Progress
-from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker
 from tamp.pipeline.strategies.serialization.turning_over import turn_over
+from tamp.pipeline.strategies.subproblems.attempt import Attempt
+from tamp.pipeline.strategies.subproblems.goal_graph import asking_for
+from tamp.pipeline.strategies.subproblems.partial_plan import Progress
+from tamp.pipeline.strategies.subproblems.subproblem import EFFORTS, Asker
 from tamp.task import At, Box, Object, Pose, Task, load_robot
 from tests.pipeline.samplers import NO_HANDS
 

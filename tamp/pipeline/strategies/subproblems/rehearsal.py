@@ -16,7 +16,7 @@ from tamp.execution.executor import WATCHFUL, execute
 from tamp.execution.log import Deviation, Execution
 from tamp.execution.monitor import Monitor
 from tamp.pipeline.prepare import Setup
-from tamp.pipeline.strategies.serialization.plan_state import after, errands
+from tamp.pipeline.strategies.subproblems.plan_state import after, errands
 from tamp.scoring.total_error import shortfall
 from tamp.task import Fall, Plan, Pose, Release, Task
 from tamp.world.robot.model import RobotModel

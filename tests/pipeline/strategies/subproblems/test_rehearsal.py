@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 from tamp.checking import Problem, Verdict
 from tamp.execution.log import Deviation
 from tamp.pipeline.prepare import prepare
-from tamp.pipeline.strategies.serialization.attempt import Attempt
-from tamp.pipeline.strategies.serialization.partial_plan import INEXACT, Progress, _learn_met
-from tamp.pipeline.strategies.serialization.plan_state import after, begins_at
-from tamp.pipeline.strategies.serialization.rehearsal import among_few, uncertain_parts
-from tamp.pipeline.strategies.serialization.subproblem import Asker
+from tamp.pipeline.strategies.subproblems.attempt import Attempt
+from tamp.pipeline.strategies.subproblems.partial_plan import INEXACT, Progress, _learn_met
+from tamp.pipeline.strategies.subproblems.plan_state import after, begins_at
+from tamp.pipeline.strategies.subproblems.rehearsal import among_few, uncertain_parts
+from tamp.pipeline.strategies.subproblems.subproblem import Asker
 from tamp.streams.affordances.falls import refused
 from tamp.streams.cache import SampleCache
 from tamp.streams.motion.handling_contacts import DISTURBING, disturbs, learn_disturbed
@@ -53,7 +53,7 @@ def rehearsing(monkeypatch, status, off=(0.07, 0.99)):
         rehearsed.append(plan)
         return SimpleNamespace(status=status, deviation=Deviation("book", "misplaced", *off))
 
-    monkeypatch.setattr("tamp.pipeline.strategies.serialization.rehearsal.execute", execute)
+    monkeypatch.setattr("tamp.pipeline.strategies.subproblems.rehearsal.execute", execute)
     return rehearsed
 
 
@@ -81,7 +81,7 @@ def test_what_is_brought_near_may_come_to_rest_in_another_way_if_only_that_is_be
     ends = there if nearer else {name: state.workspace.start[name].pose for name in there}
     deviation = Deviation(next(iter(there)), kind, 0.07, 0.99)
     run = SimpleNamespace(status="deviated", deviation=deviation, final_poses=ends)
-    monkeypatch.setattr("tamp.pipeline.strategies.serialization.rehearsal.execute", lambda *_, **__: run)
+    monkeypatch.setattr("tamp.pipeline.strategies.subproblems.rehearsal.execute", lambda *_, **__: run)
     assert Progress(state).take(plan, 0) is not None
     assert (Progress(state).take(plan, 0, near=True) is None) == taken
 

@@ -16,8 +16,8 @@ from tamp.domains.skill import Fact, Question
 from tamp.pipeline.options.guard import guarded
 from tamp.pipeline.options.settings import Samplers
 from tamp.pipeline.prepare import Setup
-from tamp.pipeline.strategies.serialization.candidate_placements import company
 from tamp.planning import GroundAction, Problem
+from tamp.streams.affordances.neighbours import company
 from tamp.streams.affordances.stable_poses import steady_faces
 from tamp.streams.affordances.support import stands_on
 from tamp.streams.collisions import overlap

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 from tamp.checking import Verdict
 from tamp.domains.timing import NotFree
 from tamp.errors import PartError
-from tamp.pipeline.strategies.serialization.attempt import Attempt, Judged, poses_of
-from tamp.pipeline.strategies.serialization.plan_state import after, begins_at, ending_with, errands
-from tamp.pipeline.strategies.serialization.rehearsal import WORTH, Astray, rehearsal
+from tamp.pipeline.strategies.subproblems.attempt import Attempt, Judged, poses_of
+from tamp.pipeline.strategies.subproblems.plan_state import after, begins_at, ending_with, errands
+from tamp.pipeline.strategies.subproblems.rehearsal import WORTH, Astray, rehearsal
 from tamp.planning import GroundAction
 from tamp.scoring.ede import ede, mean_edge
 from tamp.scoring.total_error import shortfall

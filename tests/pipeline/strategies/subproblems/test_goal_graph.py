@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from tamp.pipeline.strategies.serialization.goal_graph import (
+from tamp.pipeline.strategies.subproblems.goal_graph import (
     alone,
     farthest_first,
     nearly_there,

@@ -10,10 +10,10 @@ import pytest
 from tamp.checking import Problem, Verdict, check
 from tamp.checking.actions.given_way import told_apart
 from tamp.pipeline.prepare import prepare
-from tamp.pipeline.strategies.serialization.attempt import Attempt
 from tamp.pipeline.strategies.serialization.goal_order import Ordering
-from tamp.pipeline.strategies.serialization.partial_plan import Progress
-from tamp.pipeline.strategies.serialization.subproblem import Asker
+from tamp.pipeline.strategies.subproblems.attempt import Attempt
+from tamp.pipeline.strategies.subproblems.partial_plan import Progress
+from tamp.pipeline.strategies.subproblems.subproblem import Asker
 from tamp.task import Action, At, Box, Fall, Object, Plan, Pose, Task, load_robot
 
 SHAPE = Box((0.05, 0.05, 0.08))

@@ -13,8 +13,8 @@ from tamp.pipeline.options.own import load_search
 from tamp.pipeline.options.settings import SEARCHES
 from tamp.pipeline.options.tuning import Tuning
 from tamp.pipeline.situation import SAME_PLACE
-from tamp.pipeline.strategies.serialization.goal_graph import away
-from tamp.pipeline.strategies.serialization.partial_plan import Progress
+from tamp.pipeline.strategies.subproblems.goal_graph import away
+from tamp.pipeline.strategies.subproblems.partial_plan import Progress
 from tamp.planning import Context, GroundAction, Problem, Report, Reuse, Solution, solve
 from tamp.planning.context import generator_for
 from tamp.planning.strategies.all_at_once import AllAtOnce

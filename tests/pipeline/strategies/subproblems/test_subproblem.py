@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from tamp import clock
-from tamp.pipeline.strategies.serialization.subproblem import Asker
+from tamp.pipeline.strategies.subproblems.subproblem import Asker
 
 
 def test_a_share_of_the_time_is_given_and_taken_back(monkeypatch):
