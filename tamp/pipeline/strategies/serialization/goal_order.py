@@ -87,7 +87,8 @@ class Ordering:
         if not self._asker.reports:
             return Report(self._asker.algorithm, "solved", 0.0, 0.0, {}, (), (), message="All is where it shall be.")
         longest = max(self._together, key=lambda report: report.total_s, default=None)
-        ended = "timeout" if longest is None else longest.status
+        unasked = "timeout" if self.cut_short else "failed"
+        ended = unasked if longest is None else longest.status
         return combined(self._asker.reports, ended if self.left else "solved")
 
     @property
@@ -151,9 +152,9 @@ class Ordering:
         if reached or not persistent:
             return
         self._reach_with_restarts((*EFFORTS, *LAST))
-        if self._left:
+        if self._left and not any(map(self._stability.never_stays, self._left)):
             self._asker.progress = replace(self.progress, now=begin, actions=[], before=[], pieces=[])
-            while not self._asker.late and self._together[-1].status != "infeasible":
+            while not self._asker.late and not (self._together and self._together[-1].status == "infeasible"):
                 if self._all_together(UNLIMITED) or self._together[-1].status == "failed":
                     break
 

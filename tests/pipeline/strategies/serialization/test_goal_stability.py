@@ -5,7 +5,9 @@ from dataclasses import replace
 
 import pytest
 
+from tamp import clock
 from tamp.pipeline.prepare import prepare
+from tamp.pipeline.strategies.serialization.goal_order import Ordering
 from tamp.pipeline.strategies.serialization.goal_stability import GoalStability
 from tamp.pipeline.strategies.subproblems.attempt import Attempt
 from tamp.pipeline.strategies.subproblems.partial_plan import Progress
@@ -42,3 +44,16 @@ def test_what_only_something_upon_it_holds_tips_whatever_comes_before(on_the_blo
     begin = Attempt.of(setup, setup.start, load_robot("panda").home, None)
     stability = GoalStability(Asker(Progress(begin), 0, math.inf, "adaptive"), ())
     assert [name for name in begin.workspace.goals if stability.never_stays(name)] == ["plank"] * on_the_block
+
+
+def test_where_a_goal_never_stays_the_search_ends_and_says_so_before_time_is_up(monkeypatch):
+    """Plans for all goals together would be made until then, and refused."""
+    monkeypatch.setattr(GoalStability, "never_stays", lambda *_: True)
+    monkeypatch.setattr(GoalStability, "stays", lambda *_, **__: False)
+    block = Object("block", Box((0.05,) * 3), Pose((0.1, 0.1, 0.025)), At(Pose((0.1, -0.2, 0.025))))
+    setup = prepare(Task("slope", (block,)))
+    begin = Attempt.of(setup, setup.start, load_robot("panda").home, None)
+    ordering = Ordering(begin, 0, clock.now() + 600.0, "adaptive")
+    ordering.run(persistent=True)
+    assert ordering.left == {"block": "it does not stay there"}
+    assert ordering.report.status == "failed"
