@@ -11,7 +11,7 @@ import importlib.util
 import inspect
 import sys
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import cast
 
@@ -20,7 +20,7 @@ from tamp.execution.guard import GuardedSimulator
 from tamp.execution.renderer import Item, Rasterizer, Renderer, TexturedMesh
 from tamp.execution.simulator import Simulator
 from tamp.plugins import addresses, imported
-from tamp.task import Object, Pose, RobotSpec, Table
+from tamp.task import Mesh, Object, Pose, RobotSpec, Table
 from tamp.versions import how_to_install
 
 
@@ -118,9 +118,7 @@ def make_simulator(
         PartError: where a third party's raises or answers wrongly, now or later on.
         TaskError: where an object's moments of inertia are so small that simulators throw it about.
     """
-    objects = tuple(objects)
-    for item in objects:
-        _refuse_spinning(item)
+    objects = tuple(map(_bearable, objects))
     engine = load_simulator(name)
 
     def make() -> Simulator:
@@ -129,20 +127,28 @@ def make_simulator(
     return make() if name in SIMULATORS else GuardedSimulator(name, make, robot is not None)
 
 
-def _refuse_spinning(item: Object) -> None:
-    """Refuse what any touch would spin too fast for steps of milliseconds: its mass is said to be all in its middle."""
+def _bearable(item: Object) -> Object:
+    """The object, unless any touch would spin it too fast for steps of milliseconds: its mass is all in its middle.
+
+    What stands in for a shape that is not known may be larger than that was: its moments of inertia are raised.
+    """
     if item.inertia is None:
-        return
+        return item
     import numpy as np
 
     from tamp.world.geometry.object_geometry import load_geometry
 
-    least = item.mass * float(np.linalg.eigvalsh(load_geometry(item.shape).inertia)[0])
-    if min(item.inertia.moments) < SPINNING * least:
-        raise TaskError(
-            f"{item.name}: its least moment of inertia is {min(item.inertia.moments):.1e} kg m^2, which no simulator "
-            f"bears; valid is {SPINNING * least:.1e} at least, {SPINNING:g} of what its shape has, filled evenly"
-        )
+    least = SPINNING * item.mass * float(np.linalg.eigvalsh(load_geometry(item.shape).inertia)[0])
+    moments = item.inertia.moments
+    if min(moments) >= least:
+        return item
+    if isinstance(item.shape, Mesh) and item.shape.stand_in:
+        x, y, z = (max(moment, least) for moment in moments)
+        return replace(item, inertia=replace(item.inertia, moments=(x, y, z)))
+    raise TaskError(
+        f"{item.name}: its least moment of inertia is {min(moments):.1e} kg m^2, which no simulator bears; "
+        f"valid is {least:.1e} at least, {SPINNING:g} of what its shape has, filled evenly"
+    )
 
 
 def load_simulator(name: str) -> type:

@@ -81,6 +81,16 @@ def test_what_has_its_mass_all_in_its_middle_is_refused_before_a_touch_throws_it
     settle(Task("one", (replace(BOX, inertia=Inertia(Pose(), (4e-5, 4e-5, 4e-5))),)))
 
 
+def test_what_stands_in_for_a_slenderer_shape_is_not_refused(tmp_path):
+    """A hammer of OCRTOC 2020, of which no more than the size is known, had its task refused."""
+    path = tmp_path / "stand_in.obj"
+    trimesh.creation.box(BOX.shape.size).export(path)
+    slender = replace(BOX, inertia=Inertia(Pose(), (5e-7, 1e-4, 1e-4)))
+    settle(Task("one", (replace(slender, shape=Mesh(path, stand_in=True)),)))
+    with pytest.raises(TaskError, match="no simulator bears"):
+        settle(Task("one", (replace(slender, shape=Mesh(path)),)))
+
+
 @pytest.mark.parametrize("mass", [1e-5, 1e-3, 3e-3])
 @pytest.mark.parametrize("simulator", ["pybullet", "mujoco"])
 def test_what_weighs_next_to_nothing_is_pressed_gently_and_stays_in_the_fingers(simulator, mass):
