@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 DISJOINT = 0.005  # objects without a goal that overlap a goal deeper than this are not part of the goal scene [m]
+RESTLESS = "the start never comes to rest: what moves by itself may end anywhere, whatever is done"
 
 
 def settled_goals(
@@ -179,7 +180,7 @@ def prepare(task: Task, deadline: float = math.inf, settings: Settings = DEFAULT
     start = settled.poses
     goals = settled_goals(task, world, start, deadline, simulator)
     check_settled(task, world, start, goals)
-    notes = tuple(remarks(task, start, goals))
+    notes = (*remarks(task, start, goals), *(() if settled.resting else (RESTLESS,)))
     seen = settled.supports if settled.resting else None
     return Setup(task, domain, world, start, goals, settings, remarks=notes, supports=seen)
 

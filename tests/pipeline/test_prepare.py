@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 
 from tamp.errors import TaskError
-from tamp.execution.settling.settle import Settled
+from tamp.execution.settling.settle import Settled, settle
 from tamp.formats.obj import box_obj
-from tamp.pipeline.prepare import prepare, settled_goals
+from tamp.pipeline.prepare import RESTLESS, prepare, settled_goals
 from tamp.streams.affordances.stable_poses import stands
 from tamp.streams.placing.sampler import RELEASE_HEIGHT
 from tamp.task import At, Box, Mesh, Object, Pose, Sphere, Task
@@ -26,6 +26,17 @@ def test_the_start_is_seen_as_it_came_to_rest():
     assert setup.observe(setup.start).start == replace(setup, supports=None).observe(setup.start).start
     apart = {**setup.start, "top": Pose((0.2, 0.2, 0.025))}
     assert setup.observe(apart).start["top"].on == ("table",)
+
+
+def test_a_start_that_never_comes_to_rest_is_said_to_be_so(monkeypatch):
+    """Where objects are jammed in each other, a simulator may drive them across the table for ever."""
+    task = Task("tower", (cube("low", 0.0, 0.0, 0.025), cube("top", 0.0, 0.0, 0.075)))
+    assert not prepare(task).remarks
+    still = settle(task)
+    monkeypatch.setattr("tamp.pipeline.prepare.settle_once", lambda *_, **__: replace(still, resting=False))
+    setup = prepare(task)
+    assert setup.supports is None
+    assert setup.remarks == (RESTLESS,)
 
 
 def test_goals_mean_where_things_come_to_rest_let_go_a_little_above():
