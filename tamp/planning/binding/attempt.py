@@ -21,7 +21,7 @@ class Budget:
         draws: calls of streams with outputs in the whole attempt, on top of four for each item of the skeleton.
         patience: draws in a row that may bring nothing before a choice is given up.
         jumps: failed checks in the whole attempt.
-        barren: values from which no stream can go on that may be tried for one choice on top of the others.
+        barren: values that say little of others which may be tried for one choice on top of those.
     """
 
     values: int = 6
@@ -120,6 +120,7 @@ class Frame:
         visits: how often it was begun anew, with other choices before it.
         known: how many results its instance had then.
         barren: how many of the values tried were such that a stream which goes on from them had nothing to give.
+        barred: how many of them were such that a test was against them, or against all that was made of them.
         parents: how many earlier choices gave its inputs.
         vain: how many visits in a row ended with no value left to try, up to the last one.
         ended: whether this one did.
@@ -131,6 +132,7 @@ class Frame:
     visits: int = 0
     known: int = 0
     barren: int = 0
+    barred: int = 0
     parents: int = 0
     vain: int = 0
     ended: bool = False

@@ -91,15 +91,37 @@ class Binder:
                 self._survey(walk, position)
                 return walk.attempt
             target = max(conflict)
-            instance = failed.instance if failed is not None else None
-            barren = instance is not None and not instance.results and instance.record.promising
+            barren, barred = self._is_barren(failed), self._is_barred(walk, position)
             walk.undo(target, position)
             walk.frames[target].conflict |= conflict - {target}
             walk.frames[target].culprits.update(culprits)
             walk.frames[target].barren += barren
+            walk.frames[target].barred += barred
             position, fresh = target, False
         walk.attempt.steps, walk.attempt.values = tuple(walk.bound_steps()), walk.values.all()
         return walk.attempt
+
+    def _is_barren(self, failed: Frame | None) -> bool:
+        """Whether a choice failed as its stream cannot go on from its inputs, though it may well from others."""
+        if failed is None or failed.instance is None:
+            return False
+        return not failed.instance.results and failed.instance.record.promising
+
+    def _is_barred(self, walk: Walk, position: int) -> bool:
+        """Whether an item failed as a test is against a value, or against all that were made of one."""
+        item, failed = walk.items[position], walk.frames.get(position)
+        if failed is not None:
+            return 0 < failed.tried == failed.barred
+        if not isinstance(item, Check) or item.positive:
+            return False
+        return any(map(self._may_hold_of_others, walk.attempt.barred.get(walk.values.fact(item.fact), ())))
+
+    def _may_hold_of_others(self, fact: Fact) -> bool:
+        """Whether tests are against a fact that may well certify others of its kind."""
+        knowledge = self._knowledge
+        if fact not in knowledge.refuted:
+            return False
+        return any(knowledge.certifier(test, fact).record.promising for test in knowledge.schema.tests.get(fact[0], ()))
 
     def _survey(self, walk: Walk, position: int) -> None:
         """Walk through the rest of the plan past every failure, so that all its conflicts are known at once."""

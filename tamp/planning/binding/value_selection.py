@@ -49,7 +49,8 @@ class Chooser:
         instance = self._knowledge.instance(template.external, inputs, fluents)
         if fresh:
             parents = walk.values.owners((*inputs, *(h for f in fluents for h in f[1:])))
-            frame.instance, frame.tried, frame.barren, frame.conflict = instance, 0, 0, parents
+            frame.instance, frame.conflict = instance, parents
+            frame.tried = frame.barren = frame.barred = 0
             frame.parents = len(parents)
             frame.cursor = walk.begin.get((template, inputs), 0)
             frame.culprits = {}
@@ -94,12 +95,13 @@ class Chooser:
 
         What was sampled before suited other circumstances: each visit may try one more value than the last. A value
         from which a stream cannot go on, such as a pose that the arm does not reach, says little of the others: there
-        may be one more for it. A miss says little where a stream seldom gives anything. In a walk that is narrow by now
-        values made of other choices' values are half as many after each visit in vain: where those others are to blame,
-        such as a bad place, more of these, such as ways to reach it, are no help.
+        may be one more for it. So may there for one that a test is against, where no other choice is to blame: without
+        another value all would be searched anew. A miss says little where a stream seldom gives anything. In a walk
+        that is narrow by now values made of other choices' values are half as many after each visit in vain: where
+        those others are to blame, such as a bad place, more of these, such as ways to reach it, are no help.
         """
         budget = walk.budget
-        more = min(frame.barren, budget.barren)
+        more = min(frame.barren + (0 if frame.conflict else frame.barred), budget.barren)
         most = min(budget.values + frame.visits - 1, 4 * budget.values)
         if walk.narrow and frame.parents:
             most = max(1, most >> frame.vain)

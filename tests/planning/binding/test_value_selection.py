@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from benchmarks.pddlstream.small import packing
 from tamp.planning import solve
 from tamp.planning.binding.value_selection import turned
+from tests.planning.problems.handful import handful
 from tests.planning.problems.ledge import ledge
 from tests.planning.test_problems import check
 
@@ -37,3 +38,10 @@ def test_little_is_spent_on_what_does_not_help_a_bad_choice(algorithm, seed):
     solution = solve(problem, algorithm=algorithm, seed=seed, max_iterations=4)
     assert solution.status == "solved"
     check(problem, solution)
+
+
+@pytest.mark.parametrize("algorithm", ["adaptive", "binding"])
+def test_values_that_a_test_is_against_are_passed_over_where_no_other_choice_is_to_blame(algorithm):
+    """Each few of them ended the attempt: all was searched anew, until no more searches were allowed."""
+    solution = solve(handful(60, past=20), algorithm=algorithm, max_iterations=3)
+    assert solution.status == "solved"
